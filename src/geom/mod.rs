@@ -1,0 +1,8 @@
+//! Boxes, views, frusta and distances, and the numeric contract they keep.
+//!
+//! Metres, z up, right-handed. Knows nothing of ids, files or levels of detail.
+
+mod aabb;
+
+pub use aabb::{Aabb, AabbError};
+pub use glam::{DMat4, DQuat, DVec2, DVec3};

@@ -1,0 +1,88 @@
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use compact_str::CompactString;
+
+use super::{ImportError, Imported, Place, Source};
+use crate::scene::{Scene, SceneObject};
+
+/// Something in a usable file that was changed or left out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// The file.
+    pub path: Arc<PathBuf>,
+    /// The object, where it has a name.
+    pub object: Option<CompactString>,
+    /// Where in the file.
+    pub place: Place,
+    /// What was found and what was done about it.
+    pub what: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.path.display())?;
+        match (&self.object, &self.place) {
+            (Some(id), Place::File) => write!(f, "object {id:?}: ")?,
+            (Some(id), place) => write!(f, "object {id:?} at {place}: ")?,
+            (None, place) => write!(f, "at {place}: ")?,
+        }
+        f.write_str(&self.what)
+    }
+}
+
+/// Takes what the formats hand over.
+#[derive(Debug, Default)]
+pub(super) struct Collector {
+    scene: Scene,
+    warnings: Vec<Warning>,
+    path: Arc<PathBuf>,
+}
+
+impl Collector {
+    /// The next objects come from this file.
+    pub(super) fn begin(&mut self, source: &Source) {
+        self.path = Arc::new(source.path().to_owned());
+    }
+
+    /// The objects of the current file lie in this system.
+    pub(super) fn crs(&mut self, crs: &str) -> Result<(), ImportError> {
+        match &self.scene.crs {
+            Some(expected) if expected != crs => Err(ImportError::CrsMismatch {
+                path: self.path.to_path_buf(),
+                found: crs.to_owned(),
+                expected: expected.clone(),
+            }),
+            _ => {
+                self.scene.crs = Some(crs.to_owned());
+                Ok(())
+            }
+        }
+    }
+
+    /// The system of the objects so far, where one was stated.
+    pub(super) fn known_crs(&self) -> Option<&str> {
+        self.scene.crs.as_deref()
+    }
+
+    pub(super) fn object(&mut self, object: SceneObject) {
+        self.scene.objects.push(object);
+    }
+
+    pub(super) fn warn(&mut self, object: Option<&str>, place: Place, what: impl Into<String>) {
+        self.warnings.push(Warning {
+            path: Arc::clone(&self.path),
+            object: object.map(CompactString::from),
+            place,
+            what: what.into(),
+        });
+    }
+
+    pub(super) fn finish(self) -> Imported {
+        Imported {
+            scene: self.scene,
+            warnings: self.warnings,
+        }
+    }
+}

@@ -1,0 +1,91 @@
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Where in a file: shown as `line 3, column 7`, `byte 1024`, `/CityObjects/b1` …
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// Line and column, both from 1.
+    Line(usize, usize),
+    /// Byte offset from 0.
+    Byte(u64),
+    /// JSON pointer (RFC 6901).
+    Pointer(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File => write!(f, "the file"),
+            Self::Line(line, column) => write!(f, "line {line}, column {column}"),
+            Self::Byte(offset) => write!(f, "byte {offset}"),
+            Self::Pointer(pointer) => write!(f, "{pointer}"),
+        }
+    }
+}
+
+/// Why a file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ImportError {
+    /// The operating system refused.
+    #[error("{}: cannot read: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Neither name nor content is of a known format.
+    #[error(
+        "{}: not a city format known here; expected .gltf, .glb, .obj, .city.json, .json, .city.jsonl, .jsonl, .geojson, .geojsonl or .ndjson, any of them with .gz",
+        path.display()
+    )]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The content breaks the rules of its format.
+    #[error("{}: at {place}: {reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: Place,
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
+    /// The format is known, a feature the file requires is not.
+    #[error("{}: needs {feature}, which is not supported; {way_out}", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What it asks for.
+        feature: String,
+        /// What the user can do.
+        way_out: String,
+    },
+    /// Two files lie in different coordinate reference systems.
+    #[error(
+        "{}: lies in {found}, but the files before it in {expected}; reproject one of them, or import them into separate scenes",
+        path.display()
+    )]
+    CrsMismatch {
+        /// The file that differs.
+        path: PathBuf,
+        /// Its system.
+        found: String,
+        /// The system of the files before it.
+        expected: String,
+    },
+}
+
+impl ImportError {
+    pub(super) fn malformed(path: &Path, place: Place, reason: impl Into<String>) -> Self {
+        Self::Malformed {
+            path: path.to_owned(),
+            place,
+            reason: reason.into(),
+        }
+    }
+}

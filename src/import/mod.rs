@@ -1,0 +1,91 @@
+//! City files → one [`Scene`] and the warnings that came up on the way.
+//!
+//! Each format is one file of the same shape: `read(&Source, &Options, &mut Collector)`. It hands
+//! over objects one by one and never sees another file's. An unusable file is an
+//! [`ImportError`]; bad geometry in a usable file is a [`Warning`] that names the object.
+//!
+//! Knows nothing of trees, levels of detail or HTTP.
+
+mod cityjson;
+mod collector;
+mod error;
+mod geojson;
+mod gltf;
+mod obj;
+mod shape;
+mod source;
+
+use std::path::PathBuf;
+
+use crate::scene::Scene;
+
+pub use collector::Warning;
+pub use error::{ImportError, Place};
+
+use collector::Collector;
+use source::{Format, Source};
+
+/// Which axis of a format that does not say so points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Up {
+    /// Computer graphics habit: (x, y, z) becomes (x, −z, y).
+    Y,
+    /// GIS habit: taken as it is.
+    Z,
+}
+
+/// What the caller may choose about an import.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Up axis of OBJ (default z) and glTF (default y, as its specification says).
+    pub up: Option<Up>,
+    /// `CityJSON` level of detail to take, e.g. `1.2`; default: the highest each object has.
+    pub lod: Option<String>,
+    /// `GeoJSON` property that holds the height in metres; default: the usual names.
+    pub height: Option<String>,
+}
+
+/// Called with the bytes read so far (as they lie on disk) and their total.
+pub type Progress<'a> = dyn Fn(u64, u64) + 'a;
+
+/// A scene and what could not be taken over as it was.
+#[derive(Debug)]
+pub struct Imported {
+    /// Everything that has geometry, ids made unique.
+    pub scene: Scene,
+    /// One for each object or feature that was changed or left out, in file order.
+    pub warnings: Vec<Warning>,
+}
+
+/// Reads all `files` into one scene.
+///
+/// # Errors
+/// [`ImportError`], naming the file and the place in it, when a file cannot be read at all or the
+/// files do not share a coordinate reference system. No partial scene is returned.
+pub fn import(
+    files: &[PathBuf],
+    options: &Options,
+    progress: &Progress,
+) -> Result<Imported, ImportError> {
+    let mut collector = Collector::default();
+    let total = files
+        .iter()
+        .map(|f| f.metadata().map_or(0, |m| m.len()))
+        .sum();
+    let mut done = 0;
+    for path in files {
+        let source = Source::open(path)?;
+        let size = source.size_on_disk();
+        let report = |read: u64| progress(done + read.min(size), total);
+        collector.begin(&source);
+        match source.format() {
+            Format::Gltf => gltf::read(&source, options, &mut collector, &report),
+            Format::Obj => obj::read(&source, options, &mut collector, &report),
+            Format::CityJson => cityjson::read(&source, options, &mut collector, &report),
+            Format::GeoJson => geojson::read(&source, options, &mut collector, &report),
+        }?;
+        done += size;
+        progress(done, total);
+    }
+    Ok(collector.finish())
+}

@@ -1,0 +1,76 @@
+//! From the vertices of one object to what is kept of it.
+
+use compact_str::CompactString;
+use geo::{Area, ConvexHull, Coord, MultiPoint, Point};
+use serde_json::value::RawValue;
+
+use crate::geom::{Aabb, DVec3};
+use crate::scene::SceneObject;
+
+/// Collects the vertices of one object; cleared and used again for the next.
+#[derive(Debug, Default)]
+pub(super) struct Shape {
+    vertices: Vec<DVec3>,
+    triangles: u64,
+    not_finite: usize,
+}
+
+impl Shape {
+    pub(super) fn clear(&mut self) {
+        self.vertices.clear();
+        self.triangles = 0;
+        self.not_finite = 0;
+    }
+
+    /// Adds a vertex in scene coordinates. One that is not finite is counted and left out.
+    pub(super) fn vertex(&mut self, vertex: DVec3) {
+        if vertex.is_finite() {
+            self.vertices.push(vertex);
+        } else {
+            self.not_finite += 1;
+        }
+    }
+
+    pub(super) fn triangles(&mut self, count: u64) {
+        self.triangles = self.triangles.saturating_add(count);
+    }
+
+    /// How many vertices were left out because they are not finite.
+    pub(super) fn not_finite(&self) -> usize {
+        self.not_finite
+    }
+
+    /// The object with this geometry; `None` when there is not one finite vertex.
+    pub(super) fn object(
+        &self,
+        id: CompactString,
+        class: CompactString,
+        attributes: Option<Box<RawValue>>,
+    ) -> Option<SceneObject> {
+        let bounds = Aabb::around(self.vertices.iter().copied());
+        (!bounds.is_empty()).then(|| SceneObject {
+            id,
+            class,
+            bounds,
+            footprint_area: self.footprint_area(bounds.min()),
+            triangles: u32::try_from(self.triangles).unwrap_or(u32::MAX),
+            attributes,
+        })
+    }
+
+    /// Area of the convex hull on the ground, m². Taken relative to a corner of the bounds, so
+    /// that large coordinates lose no digits.
+    fn footprint_area(&self, corner: DVec3) -> f64 {
+        let points: Vec<Point> = self
+            .vertices
+            .iter()
+            .map(|v| {
+                Point(Coord {
+                    x: v.x - corner.x,
+                    y: v.y - corner.y,
+                })
+            })
+            .collect();
+        MultiPoint::new(points).convex_hull().unsigned_area()
+    }
+}

@@ -1,0 +1,2 @@
+//! The `citylod` command.
+fn main() {}

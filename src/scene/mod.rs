@@ -1,0 +1,7 @@
+//! What a city is: objects with bounds, and the effects it declares.
+//!
+//! Knows nothing of file formats, trees or cameras.
+
+mod object;
+
+pub use object::{Scene, SceneObject};
