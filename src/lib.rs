@@ -3,4 +3,6 @@
 
 pub mod geom;
 pub mod import;
+pub mod index;
+pub mod lod;
 pub mod scene;

@@ -2,6 +2,8 @@
 //!
 //! Knows nothing of file formats, trees or cameras.
 
+mod canonical;
 mod object;
 
+pub use canonical::Renamed;
 pub use object::{Scene, SceneObject};

@@ -1,0 +1,127 @@
+//! The part of space a view shows, as half-spaces, and the conservative test against it.
+
+use super::{Aabb, DVec3};
+
+/// The half-space `normal · (p − eye) + offset ≥ 0`. The normal need not be of unit length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Points into the visible side.
+    pub normal: DVec3,
+    /// Value at the eye.
+    pub offset: f64,
+    /// What the offset may be off by, absolutely, beyond the frustum's relative error.
+    pub offset_error: f64,
+}
+
+/// How a box lies to a frustum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Relation {
+    /// No point of the box is visible. Said only when it is true.
+    Outside,
+    /// Every point of the box is visible. Said only when it is true.
+    Inside,
+    /// Anything else, boxes that touch a plane from outside included.
+    Crossing,
+}
+
+/// Intersection of at most [`Frustum::MAX_PLANES`] half-spaces, stated relative to the eye, so
+/// that large coordinates cancel before they are multiplied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frustum {
+    eye: DVec3,
+    planes: Vec<Plane>,
+    slack: f64,
+}
+
+/// Unit roundoff of f64.
+const U: f64 = f64::EPSILON / 2.0;
+
+impl Frustum {
+    /// Left, right, bottom, top, near, far.
+    pub const MAX_PLANES: usize = 6;
+
+    /// `coefficient_error` bounds the rounding error of each normal component relative to the
+    /// normal's largest one, and of each offset relative to itself, in units of roundoff.
+    pub(super) fn new(eye: DVec3, planes: Vec<Plane>, coefficient_error: f64) -> Self {
+        debug_assert!(planes.len() <= Self::MAX_PLANES);
+        Self {
+            eye,
+            planes,
+            slack: (coefficient_error + EVALUATION_ERROR) * U,
+        }
+    }
+
+    /// Where the view is seen from; planes are relative to it.
+    pub fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
+    /// The half-spaces.
+    pub fn planes(&self) -> &[Plane] {
+        &self.planes
+    }
+
+    /// Whether the box lies beyond one of the planes. Conservative: a box that meets the frustum
+    /// is never outside.
+    pub fn is_outside(&self, b: &Aabb) -> bool {
+        self.planes
+            .iter()
+            .any(|plane| plane.beyond(self.eye, b, self.slack))
+    }
+
+    /// How the box lies to the frustum.
+    pub fn relation(&self, b: &Aabb) -> Relation {
+        if self.is_outside(b) {
+            return Relation::Outside;
+        }
+        // Inside the half-space is beyond its complement.
+        let inside = self
+            .planes
+            .iter()
+            .all(|plane| plane.complement().beyond(self.eye, b, self.slack));
+        if inside {
+            Relation::Inside
+        } else {
+            Relation::Crossing
+        }
+    }
+}
+
+/// Roundings on the way of one term through [`Plane::beyond`]: difference, product, three sums
+/// make 5; the magnitude it is compared with loses as many again, and the comparison's product 1.
+const EVALUATION_ERROR: f64 = 12.0;
+
+impl Plane {
+    pub(super) fn exact(normal: DVec3, offset: f64) -> Self {
+        Self {
+            normal,
+            offset,
+            offset_error: 0.0,
+        }
+    }
+
+    /// The other side.
+    fn complement(self) -> Self {
+        Self {
+            normal: -self.normal,
+            offset: -self.offset,
+            ..self
+        }
+    }
+
+    /// Whether every point of the box is certainly on the invisible side.
+    ///
+    /// The corner farthest along the normal decides: s = Σ nᵢ·(pᵢ − eyeᵢ) + offset. Computed in
+    /// floating point it is off by at most `slack`·m with m = ‖n‖∞·Σ|pᵢ − eyeᵢ| + |offset|, so
+    /// s < −`slack`·m proves that the exact value is negative. (Higham, "Accuracy and Stability
+    /// of Numerical Algorithms", §3.1: a sum of k roundings is off by k·u of its magnitude, the
+    /// terms in u² being covered by the roundings counted twice in [`EVALUATION_ERROR`].)
+    fn beyond(&self, eye: DVec3, b: &Aabb, slack: f64) -> bool {
+        let corner = DVec3::select(self.normal.cmpge(DVec3::ZERO), b.max(), b.min());
+        let to_corner = corner - eye;
+        let s = self.normal.dot(to_corner) + self.offset;
+        let magnitude =
+            self.normal.abs().max_element() * to_corner.abs().element_sum() + self.offset.abs();
+        s < -(slack * magnitude + self.offset_error)
+    }
+}

@@ -1,0 +1,374 @@
+//! A camera: where it stands, what it shows, how many pixels it has.
+
+use super::frustum::{Frustum, Plane};
+use super::{DMat4, DQuat, DVec3};
+
+/// How a view turns space into a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Symmetric about the forward axis; the width follows from the viewport.
+    Perspective {
+        /// Full vertical angle, degrees, in (0, 180).
+        fov_y_deg: f64,
+    },
+    /// Parallel; the width follows from the viewport.
+    Orthographic {
+        /// Height of what is seen, m, > 0.
+        height_m: f64,
+    },
+    /// Perspective through a window anywhere on the near side, for tiled and stereo displays:
+    /// tangents of the angles to its borders, `left < right`, `bottom < top`.
+    OffAxis {
+        /// Tangent of the angle to the left border, negative to the left of forward.
+        left: f64,
+        /// To the right border.
+        right: f64,
+        /// To the lower border.
+        bottom: f64,
+        /// To the upper border.
+        top: f64,
+    },
+}
+
+/// Which way a camera faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Orientation {
+    /// Towards a point, with a direction that appears upright.
+    LookAt {
+        /// The point in the middle of the picture (for symmetric projections).
+        target: DVec3,
+        /// Any direction not parallel to the line of sight.
+        up: DVec3,
+    },
+    /// By rotation of a camera that looks along −z with y up and x right (OpenGL, glTF,
+    /// three.js). Need not be of unit length.
+    Quaternion(DQuat),
+}
+
+/// Everything about a view that a retrieval needs, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    frustum: Frustum,
+    pixels: PixelScale,
+}
+
+/// How large things appear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PixelScale {
+    /// An extent e at distance d covers e/d times this many pixels.
+    PerRadian(f64),
+    /// An extent e covers e times this many pixels at any distance.
+    PerMetre(f64),
+}
+
+/// A view that cannot be: which field is wrong, and why. Field names are those of the JSON form.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{field}: {reason}")]
+pub struct ViewError {
+    /// The field at fault.
+    pub field: &'static str,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl ViewError {
+    fn new(field: &'static str, reason: impl Into<String>) -> Self {
+        Self {
+            field,
+            reason: reason.into(),
+        }
+    }
+}
+
+/// The depth range: `near` > 0 except for orthographic views (≥ 0 there), `far` = `None` is
+/// infinite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DepthRange {
+    /// Distance of the near plane along forward, m.
+    pub near: f64,
+    /// Distance of the far plane along forward, m.
+    pub far: Option<f64>,
+}
+
+struct Basis {
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    /// Sine of the angle between forward and up as given: how well they fix the basis.
+    sine: f64,
+}
+
+impl View {
+    /// A view by position, orientation and projection.
+    ///
+    /// `viewport` is width × height in pixels.
+    ///
+    /// # Errors
+    /// [`ViewError`] naming the field: not finite, zero-length direction, `up` parallel to the
+    /// line of sight, angle outside (0°, 180°), `near` ≥ `far`, empty window or viewport.
+    pub fn new(
+        eye: DVec3,
+        orientation: Orientation,
+        projection: Projection,
+        depth: DepthRange,
+        viewport: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        finite("eye", eye)?;
+        let basis = basis(eye, orientation)?;
+        let aspect = aspect(viewport)?;
+        let orthographic = matches!(projection, Projection::Orthographic { .. });
+        let mut planes = depth_planes(basis.forward, depth, orthographic)?;
+        let height_px = f64::from(viewport[1]);
+        let pixels = match projection {
+            Projection::Perspective { fov_y_deg } => {
+                if !(fov_y_deg > 0.0 && fov_y_deg < 180.0) {
+                    return Err(ViewError::new(
+                        "fov_y_deg",
+                        format!("must lie between 0 and 180 degrees, is {fov_y_deg}"),
+                    ));
+                }
+                let y = (fov_y_deg.to_radians() * 0.5).tan();
+                let x = y * aspect;
+                planes.extend(window_planes(&basis, [-x, x, -y, y]));
+                PixelScale::PerRadian(height_px / (2.0 * y))
+            }
+            Projection::OffAxis {
+                left,
+                right,
+                bottom,
+                top,
+            } => {
+                ordered("left", left, right)?;
+                ordered("bottom", bottom, top)?;
+                planes.extend(window_planes(&basis, [left, right, bottom, top]));
+                PixelScale::PerRadian(height_px / (top - bottom))
+            }
+            Projection::Orthographic { height_m } => {
+                if !(height_m > 0.0 && height_m.is_finite()) {
+                    return Err(ViewError::new(
+                        "orthographic_height_m",
+                        format!("must be a positive number of metres, is {height_m}"),
+                    ));
+                }
+                let y = height_m * 0.5;
+                let x = y * aspect;
+                planes.extend(
+                    [
+                        (basis.right, x),
+                        (-basis.right, x),
+                        (basis.up, y),
+                        (-basis.up, y),
+                    ]
+                    .map(|(normal, offset)| Plane::exact(normal, offset)),
+                );
+                PixelScale::PerMetre(height_px / height_m)
+            }
+        };
+        // Basis vectors come from a normalisation, a cross product that loses 1/sine, and a
+        // second one (10 roundings each at most); the tangents and the sum with forward add 6.
+        let coefficient_error = 16.0 + 10.0 / basis.sine;
+        Ok(Self {
+            frustum: Frustum::new(eye, planes, coefficient_error),
+            pixels,
+        })
+    }
+
+    /// A view by its view-projection matrix (world to clip space, column vectors). Depth may run
+    /// over −1…1 or 0…1, either way round: the half-spaces −w ≤ z ≤ w hold in all of them.
+    ///
+    /// # Errors
+    /// [`ViewError`] naming the field when a number is not finite or the matrix shows nothing.
+    pub fn from_matrix(
+        view_projection: DMat4,
+        eye: DVec3,
+        viewport: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        const FIELD: &str = "view_projection";
+        finite("eye", eye)?;
+        aspect(viewport)?;
+        if !view_projection.is_finite() {
+            return Err(ViewError::new(FIELD, "must be 16 finite numbers"));
+        }
+        let [x, y, z, w] = [0, 1, 2, 3].map(|i| view_projection.row(i));
+        let mut planes = Vec::with_capacity(Frustum::MAX_PLANES);
+        for row in [w + x, w - x, w + y, w - y, w + z, w - z] {
+            let normal = row.truncate();
+            let offset = normal.dot(eye) + row.w;
+            if !normal.is_finite() || !offset.is_finite() {
+                return Err(ViewError::new(FIELD, "overflows: scale it down"));
+            }
+            if normal != DVec3::ZERO {
+                // Absolute matrices make the offset a difference of large numbers.
+                let magnitude = normal.abs().dot(eye.abs()) + row.w.abs();
+                planes.push(Plane {
+                    normal,
+                    offset,
+                    offset_error: 6.0 * f64::EPSILON * magnitude,
+                });
+            } else if offset < 0.0 {
+                return Err(ViewError::new(
+                    FIELD,
+                    "shows nothing: a clip plane is empty",
+                ));
+            }
+        }
+        let vertical = y.truncate().length();
+        let depth = w.truncate().length();
+        if vertical == 0.0 || x.truncate() == DVec3::ZERO {
+            return Err(ViewError::new(FIELD, "has an x or y row without direction"));
+        }
+        let half_height = f64::from(viewport[1]) * 0.5;
+        let pixels = if depth > 0.0 {
+            PixelScale::PerRadian(half_height * vertical / depth)
+        } else {
+            PixelScale::PerMetre(half_height * vertical / w.w.abs())
+        };
+        // One sum per coefficient.
+        let coefficient_error = 2.0;
+        Ok(Self {
+            frustum: Frustum::new(eye, planes, coefficient_error),
+            pixels,
+        })
+    }
+
+    /// Where the view is seen from, m.
+    pub fn eye(&self) -> DVec3 {
+        self.frustum.eye()
+    }
+
+    /// What it shows.
+    pub fn frustum(&self) -> &Frustum {
+        &self.frustum
+    }
+
+    /// How large things appear in it.
+    pub fn pixels(&self) -> PixelScale {
+        self.pixels
+    }
+}
+
+fn finite(field: &'static str, v: DVec3) -> Result<(), ViewError> {
+    if v.is_finite() {
+        Ok(())
+    } else {
+        Err(ViewError::new(field, format!("must be finite, is {v}")))
+    }
+}
+
+fn ordered(field: &'static str, low: f64, high: f64) -> Result<(), ViewError> {
+    if low.is_finite() && high.is_finite() && low < high {
+        Ok(())
+    } else {
+        Err(ViewError::new(
+            field,
+            format!("must be less than the opposite border, is {low} against {high}"),
+        ))
+    }
+}
+
+fn aspect([width, height]: [u32; 2]) -> Result<f64, ViewError> {
+    if width == 0 || height == 0 {
+        return Err(ViewError::new(
+            "viewport",
+            format!("must be at least one pixel each way, is {width}x{height}"),
+        ));
+    }
+    Ok(f64::from(width) / f64::from(height))
+}
+
+fn direction(field: &'static str, v: DVec3) -> Result<DVec3, ViewError> {
+    finite(field, v)?;
+    // Scaled first, so that neither tiny nor huge vectors under- or overflow.
+    let largest = v.abs().max_element();
+    if largest == 0.0 {
+        return Err(ViewError::new(
+            field,
+            "has no direction: its length is zero",
+        ));
+    }
+    let scaled = v / largest;
+    Ok(scaled / scaled.length())
+}
+
+fn basis(eye: DVec3, orientation: Orientation) -> Result<Basis, ViewError> {
+    match orientation {
+        Orientation::LookAt { target, up } => {
+            finite("target", target)?;
+            let forward = direction("target", target - eye)?;
+            let upright = direction("up", up)?;
+            let side = forward.cross(upright);
+            let sine = side.length();
+            if sine < SMALLEST_SINE {
+                return Err(ViewError::new("up", "is parallel to the line of sight"));
+            }
+            let right = side / sine;
+            Ok(Basis {
+                right,
+                up: right.cross(forward),
+                forward,
+                sine,
+            })
+        }
+        Orientation::Quaternion(q) => {
+            if !q.is_finite() {
+                return Err(ViewError::new("quaternion", "must be four finite numbers"));
+            }
+            let largest = q
+                .to_array()
+                .into_iter()
+                .fold(0.0, |m: f64, c| m.max(c.abs()));
+            if largest == 0.0 {
+                return Err(ViewError::new(
+                    "quaternion",
+                    "has no direction: its length is zero",
+                ));
+            }
+            let q = DQuat::from_array(q.to_array().map(|c| c / largest)).normalize();
+            Ok(Basis {
+                right: q * DVec3::X,
+                up: q * DVec3::Y,
+                forward: q * DVec3::NEG_Z,
+                sine: 1.0,
+            })
+        }
+    }
+}
+
+/// Below this the direction that `up` leaves open is rounding noise.
+const SMALLEST_SINE: f64 = 1e-9;
+
+fn depth_planes(
+    forward: DVec3,
+    DepthRange { near, far }: DepthRange,
+    orthographic: bool,
+) -> Result<Vec<Plane>, ViewError> {
+    if !near.is_finite() || near < 0.0 || (near == 0.0 && !orthographic) {
+        return Err(ViewError::new(
+            "near",
+            format!("must be a positive number of metres, is {near}"),
+        ));
+    }
+    let mut planes = Vec::with_capacity(Frustum::MAX_PLANES);
+    planes.push(Plane::exact(forward, -near));
+    if let Some(far) = far {
+        if !far.is_finite() || far <= near {
+            return Err(ViewError::new(
+                "far",
+                format!("must be finite and beyond near ({near} m), or null, is {far}"),
+            ));
+        }
+        planes.push(Plane::exact(-forward, far));
+    }
+    Ok(planes)
+}
+
+/// Side planes through the eye: left, right, bottom, top of a window given by tangents.
+fn window_planes(basis: &Basis, [left, right, bottom, top]: [f64; 4]) -> [Plane; 4] {
+    [
+        basis.right - basis.forward * left,
+        basis.forward * right - basis.right,
+        basis.up - basis.forward * bottom,
+        basis.forward * top - basis.up,
+    ]
+    .map(|normal| Plane::exact(normal, 0.0))
+}

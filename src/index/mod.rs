@@ -1,0 +1,51 @@
+//! The 3D R-tree with representatives in its nodes, packed for querying, saving and mapping.
+//!
+//! objects → hierarchy ([`bulk`] for a whole city, [`CityTree`] after edits) → [`LodTree`]
+//! → `.citylod` file. [`validate`] states every invariant.
+//!
+//! Knows nothing of views or HTTP.
+
+mod bulk;
+mod edit;
+mod envelope;
+mod error;
+mod file;
+mod hierarchy;
+mod image;
+mod pack;
+mod promotion;
+mod tree;
+mod validate;
+
+pub use edit::CityTree;
+pub use envelope::{Candidate, LodEnvelope};
+pub use error::{BuildError, FileError};
+pub use promotion::Promotion;
+pub use tree::{Arrays, Boxes, LodTree, Object};
+pub use validate::{Violation, validate};
+
+use crate::scene::Scene;
+
+/// Fewest children of a node made by insertion: Gong's m.
+pub const MIN_FAN_OUT: usize = 4;
+/// Most children of a node: Gong's M. With both, √4 < `dist_factor` < √9 keeps the object count
+/// per view stable (Gong, section 2.1).
+pub const MAX_FAN_OUT: usize = 9;
+
+/// Builds the packed tree of a scene.
+///
+/// The objects may come in any order; the result is the same to the bit.
+///
+/// # Errors
+/// [`BuildError`] when ids repeat ([`Scene::canonicalize`] makes them unique) or there are more
+/// objects than 32 bits count.
+pub fn build(scene: &Scene, promotion: Promotion) -> Result<LodTree, BuildError> {
+    let objects = hierarchy::canonical_order(scene)?;
+    let hierarchy = bulk::load(&objects, promotion);
+    Ok(pack::pack(
+        &objects,
+        &hierarchy,
+        promotion,
+        scene.crs.as_deref(),
+    ))
+}

@@ -1,0 +1,394 @@
+//! The packed tree: what is queried, saved and mapped.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Write;
+use std::ops::Range;
+use std::path::Path;
+
+use compact_str::CompactString;
+use serde::{Deserialize, Serialize};
+
+use super::error::FileError;
+use super::file::{Damage, Section, VERSION, lane_stride};
+use super::image::{Image, Refusal};
+use super::pack::box_of;
+use super::{Promotion, validate};
+use crate::geom::{Aabb, DVec3};
+use crate::scene::SceneObject;
+
+/// A 3D R-tree over the objects of a city, immutable, each object stored once.
+///
+/// Nodes and objects are numbered in level order, coarsest level first, in tree order within a
+/// level. So the children of a node are neighbours, and a subtree is one range per level. An
+/// object is stored at the highest level it is promoted to; what a node stores are its *own*
+/// objects, and the union of these along a path from the root is Gong's set.
+///
+/// Reading never fails and never loops: where an unverified file is damaged, answers are wrong or
+/// empty, no more.
+#[derive(Debug)]
+pub struct LodTree {
+    image: Image,
+    meta: Meta,
+}
+
+/// What is kept of the scene as a whole.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Meta {
+    crs: Option<String>,
+    /// Sorted.
+    classes: Vec<CompactString>,
+}
+
+impl Meta {
+    pub(super) fn of(objects: &[&SceneObject], crs: Option<&str>) -> Self {
+        let mut classes = BTreeSet::new();
+        for object in objects {
+            if !classes.contains(&object.class) {
+                classes.insert(object.class.clone());
+            }
+        }
+        Self {
+            crs: crs.map(str::to_owned),
+            classes: classes.into_iter().collect(),
+        }
+    }
+
+    pub(super) fn class_number(&self, class: &CompactString) -> u32 {
+        self.classes.partition_point(|c| c < class) as u32
+    }
+
+    pub(super) fn to_json(&self) -> Vec<u8> {
+        serde_json::to_vec(self).unwrap_or_default()
+    }
+}
+
+/// Boxes twice: f32 lanes for eight at a time, and exactly.
+#[derive(Debug, Clone, Copy)]
+pub struct Boxes<'a> {
+    lanes: &'a [f32],
+    stride: usize,
+    /// Exact corners: min x, y, z, max x, y, z in scene coordinates.
+    pub exact: &'a [[f64; 6]],
+}
+
+impl<'a> Boxes<'a> {
+    /// One coordinate (min x, y, z, max x, y, z) of boxes `at .. at + 8`, relative to
+    /// [`LodTree::origin`] and rounded outward. Past the last box it is padding.
+    pub fn eight(&self, lane: usize, at: usize) -> Option<&'a [f32; 8]> {
+        let start = lane * self.stride + at;
+        self.lanes.get(start..start + 8)?.try_into().ok()
+    }
+}
+
+/// The arrays of a tree, as a traversal reads them.
+#[derive(Debug, Clone, Copy)]
+pub struct Arrays<'a> {
+    /// First child of each inner node, then the number of nodes. Leaves have no entry.
+    pub children: &'a [u32],
+    /// First own object of each node, then the number of objects.
+    pub own: &'a [u32],
+    /// First node of each level, coarsest first, then the number of nodes.
+    pub level_nodes: &'a [u32],
+    /// First object of each level, coarsest first, then the number of objects.
+    pub level_objects: &'a [u32],
+    /// The object that stands for each node in its parent.
+    pub representatives: &'a [u32],
+    /// Largest radius of an object below each node that is not its own, m.
+    pub hidden_radii: &'a [f32],
+    /// Boxes of nodes.
+    pub nodes: Boxes<'a>,
+    /// Boxes of objects.
+    pub objects: Boxes<'a>,
+}
+
+/// What is known of one object.
+#[derive(Debug, Clone)]
+pub struct Object<'a> {
+    /// Its name.
+    pub id: Cow<'a, str>,
+    /// Its kind.
+    pub class: &'a str,
+    /// Exact bounds in scene coordinates.
+    pub bounds: Aabb,
+    /// Area of its convex hull on the ground, m².
+    pub footprint_area: f64,
+    /// Triangles it takes to draw.
+    pub triangles: u32,
+    /// The level it is stored at.
+    pub level: u32,
+    /// JSON object with whatever else the source said.
+    pub attributes: Option<&'a str>,
+}
+
+impl LodTree {
+    pub(super) fn from_image(image: Image, meta: Meta) -> Self {
+        Self { image, meta }
+    }
+
+    /// Maps a file without reading it through: constant time, whatever its size. Header and
+    /// section table are checked, contents are not; see [`LodTree::verify`].
+    ///
+    /// The file must not be changed in place while it is mapped. [`LodTree::save`] replaces
+    /// files whole, so saving over an open one is safe.
+    ///
+    /// # Errors
+    /// [`FileError`] when the file cannot be read, is none of ours, or is cut off.
+    pub fn open(path: &Path) -> Result<Self, FileError> {
+        let io = |action| {
+            move |source| FileError::Io {
+                path: path.to_owned(),
+                action,
+                source,
+            }
+        };
+        let file = File::open(path).map_err(io("cannot open"))?;
+        if file.metadata().map_err(io("cannot open"))?.len() == 0 {
+            return Err(refused(path, Refusal::Foreign));
+        }
+        #[allow(
+            unsafe_code,
+            reason = "mapping a file is the one thing that needs it; the caller's duty is in the docs"
+        )]
+        // SAFETY: the map is only read, through slices that live no longer than it, and every
+        // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
+        let map = unsafe { memmap2::Mmap::map(&file) }.map_err(io("cannot map"))?;
+        let image = Image::mapped(map).map_err(|refusal| refused(path, refusal))?;
+        let meta = serde_json::from_slice(image.section(Section::Meta)).map_err(|e| {
+            let damage = Damage::new(Section::Meta.name(), e.to_string());
+            refused(path, Refusal::Damaged(damage))
+        })?;
+        Ok(Self { image, meta })
+    }
+
+    /// Opens a file and checks every byte of it against its checksums.
+    ///
+    /// # Errors
+    /// [`FileError`], naming the damaged section.
+    pub fn open_verified(path: &Path) -> Result<Self, FileError> {
+        let tree = Self::open(path)?;
+        match tree.image.verify() {
+            Ok(()) => Ok(tree),
+            Err(damage) => Err(refused(path, Refusal::Damaged(damage))),
+        }
+    }
+
+    /// Writes the tree to a file, whole or not at all: under a temporary name beside it, synced,
+    /// renamed.
+    ///
+    /// # Errors
+    /// [`FileError::Io`]; what was at `path` before is then still there.
+    pub fn save(&self, path: &Path) -> Result<(), FileError> {
+        replace_file(path, |out| out.write_all(self.image.bytes())).map_err(|source| {
+            FileError::Io {
+                path: path.to_owned(),
+                action: "cannot write",
+                source,
+            }
+        })
+    }
+
+    /// Every broken invariant; see [`validate`].
+    pub fn validate(&self) -> Vec<super::Violation> {
+        validate(self)
+    }
+
+    /// Size of the tree in bytes, as a file and in memory.
+    pub fn byte_len(&self) -> usize {
+        self.image.bytes().len()
+    }
+
+    /// Tells contents apart: the same objects give the same revision.
+    pub fn revision(&self) -> String {
+        let header = self.image.header();
+        format!("{VERSION}-{:08x}-{:x}", header.checksum, header.length)
+    }
+
+    /// Coordinate reference system, where the source named one.
+    pub fn crs(&self) -> Option<&str> {
+        self.meta.crs.as_deref()
+    }
+
+    /// The kinds of object there are, sorted.
+    pub fn classes(&self) -> &[CompactString] {
+        &self.meta.classes
+    }
+
+    /// How representatives were chosen.
+    pub fn promotion(&self) -> Promotion {
+        match self.image.header().promotion {
+            1 => Promotion::Footprint,
+            2 => Promotion::Largest,
+            _ => Promotion::Tallest,
+        }
+    }
+
+    /// Number of objects.
+    pub fn object_count(&self) -> u32 {
+        self.image.header().objects
+    }
+
+    /// Number of nodes.
+    pub fn node_count(&self) -> u32 {
+        self.image.header().nodes
+    }
+
+    /// Number of levels, leaves included; 0 without objects.
+    pub fn level_count(&self) -> u32 {
+        self.image.header().levels
+    }
+
+    /// Where f32 boxes are relative to, scene coordinates.
+    pub fn origin(&self) -> DVec3 {
+        self.image.header().origin.into()
+    }
+
+    /// Box of all objects; empty without objects.
+    pub fn bounds(&self) -> Aabb {
+        box_of(self.image.header().bounds)
+    }
+
+    /// The arrays a traversal reads.
+    pub fn arrays(&self) -> Arrays<'_> {
+        let levels: &[u32] = self.image.slice(Section::Levels);
+        let (level_nodes, level_objects) = levels.split_at(levels.len() / 2);
+        let boxes = |lanes, exact, count| Boxes {
+            lanes: self.image.slice(lanes),
+            stride: lane_stride(count),
+            exact: self.image.slice(exact),
+        };
+        Arrays {
+            children: self.image.slice(Section::Children),
+            own: self.image.slice(Section::Own),
+            level_nodes,
+            level_objects,
+            representatives: self.image.slice(Section::Representatives),
+            hidden_radii: self.image.slice(Section::HiddenRadii),
+            nodes: boxes(Section::NodeLanes, Section::NodeBoxes, self.node_count()),
+            objects: boxes(
+                Section::ObjectLanes,
+                Section::ObjectBoxes,
+                self.object_count(),
+            ),
+        }
+    }
+
+    /// Ids of a range of objects as they stand in a JSON array: `"a","b",` with the last comma.
+    pub fn ids_json(&self, objects: Range<u32>) -> &[u8] {
+        let starts: &[u64] = self.image.slice(Section::IdStarts);
+        let at = |i: u32| starts.get(i as usize).map(|&start| start as usize);
+        match (at(objects.start), at(objects.end)) {
+            (Some(start), Some(end)) => self
+                .image
+                .section(Section::Ids)
+                .get(start..end)
+                .unwrap_or_default(),
+            _ => &[],
+        }
+    }
+
+    /// The id of an object.
+    pub fn id(&self, object: u32) -> Option<Cow<'_, str>> {
+        let quoted = self
+            .ids_json(object..object.checked_add(1)?)
+            .strip_suffix(b",")?;
+        let inner = quoted.strip_prefix(b"\"")?.strip_suffix(b"\"")?;
+        if memchr::memchr(b'\\', inner).is_none() {
+            std::str::from_utf8(inner).ok().map(Cow::Borrowed)
+        } else {
+            serde_json::from_slice(quoted).ok().map(Cow::Owned)
+        }
+    }
+
+    /// The number of the object with this id, by binary search.
+    pub fn find(&self, id: &str) -> Option<u32> {
+        let order: &[u32] = self.image.slice(Section::IdOrder);
+        order
+            .binary_search_by(|&object| self.id(object).as_deref().unwrap_or("").cmp(id))
+            .ok()
+            .map(|place| order[place])
+    }
+
+    /// Exact bounds of an object.
+    pub fn bounds_of(&self, object: u32) -> Option<Aabb> {
+        self.arrays()
+            .objects
+            .exact
+            .get(object as usize)
+            .copied()
+            .map(box_of)
+    }
+
+    /// The level an object is stored at, 0 for leaves.
+    pub fn level_of(&self, object: u32) -> u32 {
+        let starts = self.arrays().level_objects;
+        let coarser = starts.partition_point(|&start| start <= object) as u32;
+        self.level_count().saturating_sub(coarser)
+    }
+
+    /// Everything known of an object; `None` past the last one.
+    pub fn object(&self, object: u32) -> Option<Object<'_>> {
+        let at = object as usize;
+        let class = *self.image.slice::<u32>(Section::Classes).get(at)? as usize;
+        Some(Object {
+            id: self.id(object)?,
+            class: self.meta.classes.get(class)?,
+            bounds: self.bounds_of(object)?,
+            footprint_area: *self.image.slice(Section::Footprints).get(at)?,
+            triangles: *self.image.slice(Section::Triangles).get(at)?,
+            level: self.level_of(object),
+            attributes: self.attributes(object),
+        })
+    }
+
+    fn attributes(&self, object: u32) -> Option<&str> {
+        let starts: &[u64] = self.image.slice(Section::AttributeStarts);
+        let start = *starts.get(object as usize)? as usize;
+        let end = *starts.get(object as usize + 1)? as usize;
+        let text = self.image.section(Section::Attributes).get(start..end)?;
+        std::str::from_utf8(text)
+            .ok()
+            .filter(|text| !text.is_empty())
+    }
+}
+
+fn refused(path: &Path, refusal: Refusal) -> FileError {
+    let path = path.to_owned();
+    match refusal {
+        Refusal::Foreign => FileError::Foreign { path },
+        Refusal::Version(found) => FileError::Version {
+            path,
+            found,
+            expected: VERSION,
+        },
+        Refusal::Damaged(Damage { section, reason }) => FileError::Damaged {
+            path,
+            section,
+            reason,
+        },
+    }
+}
+
+/// Replaces `path` by what `write` writes, or leaves it as it was.
+fn replace_file(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> std::io::Result<()>,
+) -> std::io::Result<()> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".citylod-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
+    }
+    let mut temporary = builder.tempfile_in(folder)?;
+    write(temporary.as_file_mut())?;
+    temporary.as_file().sync_all()?;
+    temporary.persist(path)?;
+    Ok(())
+}

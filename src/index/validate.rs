@@ -1,0 +1,262 @@
+//! Every invariant of a packed tree, stated once.
+
+use std::fmt;
+
+use super::LodTree;
+use crate::geom::Aabb;
+
+/// A broken invariant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Violation {
+    /// The law that does not hold.
+    pub law: &'static str,
+    /// Where, e.g. `node 17`.
+    pub place: String,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.law)
+    }
+}
+
+/// How many violations are listed; a damaged file breaks millions.
+const MOST_LISTED: usize = 100;
+
+struct Check<'a> {
+    tree: &'a LodTree,
+    violations: Vec<Violation>,
+}
+
+/// All broken invariants of a tree, the first hundred of them; empty when it is sound.
+pub fn validate(tree: &LodTree) -> Vec<Violation> {
+    let mut check = Check {
+        tree,
+        violations: Vec::new(),
+    };
+    check.starts();
+    if check.violations.is_empty() {
+        check.boxes();
+        check.lanes();
+        check.ids();
+        check.representatives();
+    }
+    check.violations
+}
+
+impl Check<'_> {
+    fn require(&mut self, holds: bool, law: &'static str, place: impl FnOnce() -> String) {
+        if !holds && self.violations.len() < MOST_LISTED {
+            self.violations.push(Violation {
+                law,
+                place: place(),
+            });
+        }
+    }
+
+    /// Level order: every array of starts ascends and ends where the things it counts end.
+    fn starts(&mut self) {
+        let a = self.tree.arrays();
+        let nodes = self.tree.node_count();
+        let objects = self.tree.object_count();
+        let empty = objects == 0;
+        for (name, starts, first, end) in [
+            ("levels of nodes", a.level_nodes, 0, nodes),
+            ("levels of objects", a.level_objects, 0, objects),
+            ("own objects", a.own, 0, objects),
+            ("children", a.children, u32::from(!empty), nodes),
+        ] {
+            let ascending = starts.is_sorted();
+            let fits = starts.first() == Some(&first) && starts.last() == Some(&end);
+            self.require(
+                ascending && fits,
+                "starts ascend from first to last",
+                || name.to_owned(),
+            );
+        }
+        let h = self.tree.level_count() as usize;
+        self.require(empty == (h == 0), "a city with objects has levels", || {
+            "header".into()
+        });
+        if self.violations.is_empty() && h > 0 {
+            let inner = a.level_nodes[h - 1] as usize;
+            self.require(
+                a.children.len() == inner + 1,
+                "only leaves have no children",
+                || "children".into(),
+            );
+            self.require(a.level_nodes[1] == 1, "one root", || "levels".into());
+            for k in 0..h {
+                let node = a.level_nodes[k] as usize;
+                self.require(
+                    a.own.get(node) == a.level_objects.get(k),
+                    "levels of objects follow levels of nodes",
+                    || format!("level {}", h - 1 - k),
+                );
+                let below = a.level_nodes.get(k + 1);
+                self.require(
+                    k + 1 == h || a.children.get(node) == below,
+                    "children lie one level below",
+                    || format!("level {}", h - 1 - k),
+                );
+            }
+        }
+    }
+
+    /// Box = union of what it bounds, and the hidden radius follows from what is below.
+    fn boxes(&mut self) {
+        let a = self.tree.arrays();
+        let inner = a.children.len() - 1;
+        for node in (0..self.tree.node_count()).rev() {
+            let at = node as usize;
+            let own = || a.own[at]..a.own[at + 1];
+            let children = if at < inner {
+                a.children[at]..a.children[at + 1]
+            } else {
+                0..0
+            };
+            let stated = node_box(self.tree, node);
+            let promoted = self.promoted_box(node);
+            let union = own()
+                .filter_map(|o| self.tree.bounds_of(o))
+                .chain(children.clone().map(|c| node_box(self.tree, c)))
+                .chain(promoted)
+                .fold(Aabb::EMPTY, |all, part| all.union(&part));
+            self.require(
+                stated == union,
+                "box is the union of what it bounds",
+                || format!("node {node}"),
+            );
+            let hidden = children
+                .flat_map(|c| {
+                    let own = a.own[c as usize]..a.own[c as usize + 1];
+                    own.filter_map(|o| self.tree.bounds_of(o))
+                        .map(|b| b.radius())
+                        .chain([f64::from(a.hidden_radii[c as usize])])
+                })
+                .fold(0.0, f64::max);
+            let stated = f64::from(a.hidden_radii[at]);
+            self.require(
+                stated >= hidden
+                    && stated <= hidden * (1.0 + 2.0 * f64::from(f32::EPSILON)) + 1e-37,
+                "hidden radius is the largest below",
+                || format!("node {node}"),
+            );
+        }
+        let root = (self.tree.node_count() > 0).then(|| node_box(self.tree, 0));
+        self.require(
+            self.tree.bounds() == root.unwrap_or(Aabb::EMPTY),
+            "bounds are the root's box",
+            || "header".into(),
+        );
+    }
+
+    /// The box of the node's object that an ancestor stores.
+    fn promoted_box(&self, node: u32) -> Option<Aabb> {
+        let representative = *self.tree.arrays().representatives.get(node as usize)?;
+        self.tree.bounds_of(representative)
+    }
+
+    /// f32 boxes contain the exact ones, and by no more than rounding.
+    fn lanes(&mut self) {
+        let a = self.tree.arrays();
+        let origin = self.tree.origin().to_array();
+        for (what, boxes) in [("node", a.nodes), ("object", a.objects)] {
+            for (i, exact) in boxes.exact.iter().enumerate() {
+                for lane in 0..6 {
+                    let stored = boxes.eight(lane, i).map_or(f32::NAN, |eight| eight[0]);
+                    let wanted = exact[lane] - origin[lane % 3];
+                    let stored_wide = f64::from(stored);
+                    let tight = if lane < 3 {
+                        stored_wide <= wanted && f64::from(stored.next_up()) > wanted
+                    } else {
+                        stored_wide >= wanted && f64::from(stored.next_down()) < wanted
+                    };
+                    self.require(tight, "f32 box is the exact one rounded outward", || {
+                        format!("{what} {i}")
+                    });
+                }
+            }
+        }
+    }
+
+    /// Each id once, in order, and found under its object.
+    fn ids(&mut self) {
+        let count = self.tree.object_count();
+        for object in 0..count {
+            let found = self.tree.id(object).and_then(|id| self.tree.find(&id));
+            self.require(found == Some(object), "each id once and found", || {
+                format!("object {object}")
+            });
+            self.require(
+                self.tree.object(object).is_some(),
+                "every object has all its fields",
+                || format!("object {object}"),
+            );
+        }
+    }
+
+    /// Representative = best of everything below; ties to the lower id. Own objects of inner
+    /// nodes = representatives of the children less the one the parent took.
+    fn representatives(&mut self) {
+        let a = self.tree.arrays();
+        let inner = a.children.len() - 1;
+        let better = |best: Option<u32>, candidate: u32| match best {
+            Some(best) if !self.beats(candidate, best) => Some(best),
+            _ => Some(candidate),
+        };
+        let mut violated = Vec::new();
+        for node in (0..self.tree.node_count()).rev() {
+            let at = node as usize;
+            let own = a.own[at]..a.own[at + 1];
+            let stated = a.representatives[at];
+            let below: Vec<u32> = if at < inner {
+                (a.children[at]..a.children[at + 1])
+                    .map(|c| a.representatives[c as usize])
+                    .collect()
+            } else {
+                own.clone().chain([stated]).collect()
+            };
+            if below.iter().copied().fold(None, better) != Some(stated) {
+                violated.push((node, "representative is the best below"));
+            }
+            let kept = |o: &u32| at == 0 || *o != stated;
+            if at < inner && !below.iter().copied().filter(kept).eq(own.clone()) {
+                violated.push((node, "own objects are the children's representatives"));
+            }
+            let level_end = own.start;
+            if at > 0 && stated >= level_end {
+                violated.push((node, "the representative is stored above"));
+            }
+        }
+        for (node, law) in violated {
+            self.require(false, law, || format!("node {node}"));
+        }
+    }
+
+    fn beats(&self, a: u32, b: u32) -> bool {
+        let key = |o: u32| {
+            let object = self.tree.object(o)?;
+            let score = match self.tree.promotion() {
+                super::Promotion::Tallest => object.bounds.size().z,
+                super::Promotion::Footprint => object.footprint_area,
+                super::Promotion::Largest => object.bounds.radius(),
+            };
+            Some((score, object.id))
+        };
+        match (key(a), key(b)) {
+            (Some((x, id_x)), Some((y, id_y))) => {
+                x.total_cmp(&y).then_with(|| id_y.cmp(&id_x)).is_gt()
+            }
+            _ => false,
+        }
+    }
+}
+
+fn node_box(tree: &LodTree, node: u32) -> Aabb {
+    let exact = tree.arrays().nodes.exact;
+    exact
+        .get(node as usize)
+        .copied()
+        .map_or(Aabb::EMPTY, super::pack::box_of)
+}

@@ -1,0 +1,14 @@
+//! Which objects a view calls for: the seven-step retrieval of Gong et al. over a packed tree.
+//!
+//! `retrieve(tree, view, lod, &mut selection)`: what is asked, the knobs, and the answer with its
+//! statistics are three types. Retrieval is total: it cannot fail.
+//!
+//! Knows nothing of the controller, of files or of HTTP.
+
+mod range;
+mod retrieve;
+mod selection;
+
+pub use range::{Beyond, LodError, RangeLod};
+pub use retrieve::retrieve;
+pub use selection::{Selection, Stats};
