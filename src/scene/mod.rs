@@ -2,6 +2,8 @@
 //!
 //! Knows nothing of file formats, trees or cameras.
 
+mod generate;
 mod object;
 
+pub use generate::{CityParams, generate};
 pub use object::{Scene, SceneObject};
