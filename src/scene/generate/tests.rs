@@ -161,7 +161,7 @@ fn no_building_stands_on_a_line_of_the_lattice() {
     for (i, j) in (-4..5).flat_map(|i| (-4..5).map(move |j| (i, j))) {
         let [from, east, _, north] = plan.cell(i, j).0;
         for (to, line) in [(east, Plan::row(j)), (north, Plan::column(i))] {
-            // Lines bend where they cross: a tenth of the width is given up there.
+            // A square of this size fits on the line whichever way the line runs.
             let half = DVec2::splat(line.half_width() * 0.6);
             for step in 0..=40 {
                 let p = from.lerp(to, f64::from(step) / 40.0);
