@@ -2,8 +2,15 @@
 //!
 //! Knows nothing of file formats, trees or cameras.
 
+<<<<<<< HEAD
 mod canonical;
 mod object;
 
 pub use canonical::Renamed;
+=======
+mod generate;
+mod object;
+
+pub use generate::{CityParams, generate};
+>>>>>>> house
 pub use object::{Scene, SceneObject};

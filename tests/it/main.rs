@@ -12,3 +12,5 @@ mod oracle;
 mod retrieval;
 /// Random scenes and cameras.
 mod support;
+/// The sources keep the layer table and the house rules.
+mod tidy;
