@@ -2,15 +2,10 @@
 //!
 //! Knows nothing of file formats, trees or cameras.
 
-<<<<<<< HEAD
 mod canonical;
-mod object;
-
-pub use canonical::Renamed;
-=======
 mod generate;
 mod object;
 
+pub use canonical::Renamed;
 pub use generate::{CityParams, generate};
->>>>>>> house
 pub use object::{Scene, SceneObject};
