@@ -14,6 +14,7 @@ use super::error::FileError;
 use super::file::{Damage, Section, VERSION, lane_stride};
 use super::image::{Image, Refusal};
 use super::pack::box_of;
+use super::replace::replace_file;
 use super::{Promotion, validate};
 use crate::geom::{Aabb, DVec3};
 use crate::scene::SceneObject;
@@ -310,6 +311,13 @@ impl LodTree {
             .map(|place| order[place])
     }
 
+    /// The place of an object's class in [`LodTree::classes`].
+    pub fn class_number(&self, object: u32) -> Option<usize> {
+        let classes: &[u32] = self.image.slice(Section::Classes);
+        let class = *classes.get(object as usize)? as usize;
+        (class < self.meta.classes.len()).then_some(class)
+    }
+
     /// Exact bounds of an object.
     pub fn bounds_of(&self, object: u32) -> Option<Aabb> {
         self.arrays()
@@ -330,7 +338,7 @@ impl LodTree {
     /// Everything known of an object; `None` past the last one.
     pub fn object(&self, object: u32) -> Option<Object<'_>> {
         let at = object as usize;
-        let class = *self.image.slice::<u32>(Section::Classes).get(at)? as usize;
+        let class = self.class_number(object)?;
         Some(Object {
             id: self.id(object)?,
             class: self.meta.classes.get(class)?,
@@ -368,27 +376,4 @@ fn refused(path: &Path, refusal: Refusal) -> FileError {
             reason,
         },
     }
-}
-
-/// Replaces `path` by what `write` writes, or leaves it as it was.
-fn replace_file(
-    path: &Path,
-    write: impl FnOnce(&mut File) -> std::io::Result<()>,
-) -> std::io::Result<()> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".citylod-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
-    }
-    let mut temporary = builder.tempfile_in(folder)?;
-    write(temporary.as_file_mut())?;
-    temporary.as_file().sync_all()?;
-    temporary.persist(path)?;
-    Ok(())
 }
