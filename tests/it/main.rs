@@ -1,1 +1,14 @@
 //! The one integration test binary: a module per subject.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking and says on its output what it skipped"
+)]
+
+/// glTF and GLB become the objects, bounds and attributes that the file states.
+mod import_gltf;
+/// A broken glTF file is refused with the place at fault, whatever the bytes, and never panics.
+mod import_gltf_malformed;
+/// OBJ becomes the objects and bounds that the file states; broken files name line and column.
+mod import_obj;

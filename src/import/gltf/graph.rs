@@ -89,13 +89,20 @@ fn cycle(parents: &[Option<usize>]) -> Option<(usize, usize)> {
         while walked[node] == usize::MAX {
             walked[node] = start;
             match parents[node] {
-                Some(parent) if walked[parent] == start => return Some((parent, node)),
+                Some(parent) if walked[parent] == start => return closing(parents, parent),
                 Some(parent) => node = parent,
                 None => break,
             }
         }
     }
     None
+}
+
+/// The link to the first node, in file order, of the cycle that `on_cycle` is part of.
+fn closing(parents: &[Option<usize>], on_cycle: usize) -> Option<(usize, usize)> {
+    let above = |node: &usize| parents[*node].filter(|parent| *parent != on_cycle);
+    let first = std::iter::successors(Some(on_cycle), above).min()?;
+    Some((parents[first]?, first))
 }
 
 fn roots(reader: &Reader, parents: &[Option<usize>]) -> Result<Vec<usize>, ImportError> {
