@@ -231,28 +231,26 @@ impl<'a> Objects<'a> {
             None => return,
         };
         self.number += 1;
-        self.hand_over(id, place, has_elements);
+        self.hand_over(&id, place, has_elements);
         self.shape.clear();
     }
 
-    fn hand_over(&mut self, id: CompactString, place: Place, has_elements: bool) {
+    fn hand_over(&mut self, id: &CompactString, place: Place, has_elements: bool) {
         let not_finite = self.shape.not_finite();
-        match self.shape.object(id.clone(), CLASS, None) {
-            Some(object) => {
-                if not_finite > 0 {
-                    let what = format!("{not_finite} vertices that are not finite are left out");
-                    self.collector.warn(Some(&id), place, what);
-                }
-                self.collector.object(object);
-            }
-            None => {
-                let what = if has_elements {
-                    "none of its vertices is finite; left out"
-                } else {
-                    "has no face, line or point; left out"
-                };
-                self.collector.warn(Some(&id), place, what);
-            }
+        let object = self.shape.object(id.clone(), CLASS, None);
+        let what = match (&object, not_finite) {
+            (Some(_), 0) => None,
+            (Some(_), _) => Some(format!(
+                "{not_finite} vertices that are not finite are left out"
+            )),
+            (None, _) if has_elements => Some("none of its vertices is finite; left out".into()),
+            (None, _) => Some("has no face, line or point; left out".into()),
+        };
+        if let Some(what) = what {
+            self.collector.warn(Some(id), place, what);
+        }
+        if let Some(object) = object {
+            self.collector.object(object);
         }
     }
 

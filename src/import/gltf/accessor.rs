@@ -69,13 +69,13 @@ impl Elements<'_> {
     /// 0 past the end, which the checks in [`Reader`] exclude.
     #[inline]
     fn value(&self, element: usize, lane: usize) -> f64 {
+        fn first<const N: usize>(bytes: &[u8]) -> [u8; N] {
+            bytes.first_chunk().copied().unwrap_or([0; N])
+        }
         let at = element * self.stride + lane * self.component.size();
         let Some(bytes) = self.bytes.get(at..) else {
             return 0.0;
         };
-        fn first<const N: usize>(bytes: &[u8]) -> [u8; N] {
-            bytes.first_chunk().copied().unwrap_or([0; N])
-        }
         match self.component {
             Component::I8 => f64::from(i8::from_le_bytes(first(bytes))),
             Component::U8 => f64::from(u8::from_le_bytes(first(bytes))),
@@ -297,21 +297,20 @@ impl<'a> Reader<'a> {
                 .checked_mul(stride)
                 .and_then(|n| n.checked_add(offset)?.checked_add(size)),
         };
-        match (end.filter(|end| *end <= bytes.len()), bytes.get(offset..)) {
-            (Some(_), Some(bytes)) => Ok(Elements {
+        let fits = end.is_some_and(|end| end <= bytes.len());
+        if let Some(bytes) = bytes.get(offset..).filter(|_| fits) {
+            return Ok(Elements {
                 bytes,
                 stride,
                 component,
-            }),
-            _ => {
-                let reason = format!(
-                    "{count} elements, {stride} bytes apart from byte {offset}, do not fit into \
-                     the {} bytes of the buffer view",
-                    bytes.len()
-                );
-                self.fail(place, reason)
-            }
+            });
         }
+        let reason = format!(
+            "{count} elements, {stride} bytes apart from byte {offset}, do not fit into the {} \
+             bytes of the buffer view",
+            bytes.len()
+        );
+        self.fail(place, reason)
     }
 
     /// An accessor of vertex or feature numbers.

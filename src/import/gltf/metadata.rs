@@ -193,16 +193,14 @@ impl<'a> Table<'a> {
             let Some(property) = class.properties.get(name) else {
                 return reader.fail(place, "the class has no such property");
             };
-            match Column::open(reader, schema, property, stored, table.count, &place)? {
-                Some(column) => columns.push((name.as_str(), column)),
-                None => {
-                    let what = format!(
-                        "a property of type {} is not read; features lack it",
-                        described(property)
-                    );
-                    collector.warn(None, Place::Pointer(place), what);
-                }
+            let column = Column::open(reader, schema, property, stored, table.count, &place)?;
+            if let Some(column) = column {
+                columns.push((name.as_str(), column));
+                continue;
             }
+            let kind = described(property);
+            let what = format!("a property of type {kind} is not read; features lack it");
+            collector.warn(None, Place::Pointer(place), what);
         }
         Ok(Some(Self {
             count: table.count,

@@ -71,16 +71,13 @@ impl<'a, 'c> Objects<'a, 'c> {
             return Ok(());
         };
         for index in 0..instances.count {
-            match instances.transform(index) {
-                Some(local) => {
-                    self.copy(&mut common, Some(index), placed.transform * local)?;
-                }
-                None => {
-                    let place = Place::Pointer(common.place.clone());
-                    let what = format!("instance {index} has a rotation of length zero; left out");
-                    self.collector.warn(Some(&common.name), place, what);
-                }
+            if let Some(local) = instances.transform(index) {
+                self.copy(&mut common, Some(index), placed.transform * local)?;
+                continue;
             }
+            let place = Place::Pointer(common.place.clone());
+            let what = format!("instance {index} has a rotation of length zero; left out");
+            self.collector.warn(Some(&common.name), place, what);
         }
         Ok(())
     }
