@@ -223,6 +223,9 @@ fn independent(path: &Path) -> (Aabb, u64) {
     (bounds, indices as u64 / 3)
 }
 
+/// The OBJ has three decimals; the GLB f32 vertices and a translation of three decimals.
+const TOLERANCE_M: f64 = 0.002;
+
 #[test]
 fn tokyo_is_the_same_city_as_glb_and_as_obj() {
     let Some(data) = data() else { return };
@@ -237,8 +240,6 @@ fn tokyo_is_the_same_city_as_glb_and_as_obj() {
     };
     assert_eq!([triangles(&glb), triangles(&obj)], [264_660; 2]);
     let by_id: BTreeMap<_, _> = obj.scene.objects.iter().map(|o| (&o.id, o)).collect();
-    // The OBJ has three decimals; the GLB f32 vertices and a translation of three decimals.
-    const TOLERANCE_M: f64 = 0.002;
     let mut shift = None;
     for object in &glb.scene.objects {
         let other = by_id[&object.id];

@@ -74,142 +74,144 @@ fn place_of(result: Result<Imported, ImportError>) -> Place {
 
 type Break = fn(&mut Value);
 
+/// What is done to the document, and the place that must be named.
+const DEFECTS: &[(Break, &str)] = &[
+    (|j| j["nodes"][0]["mesh"] = json!(7), "/nodes/0/mesh"),
+    (|j| j["nodes"][0]["mesh"] = json!("0"), "/nodes/0/mesh"),
+    (|j| j["nodes"][0]["mesh"] = json!(-1), "/nodes/0/mesh"),
+    (
+        |j| j["nodes"][0]["children"] = json!([1, 5]),
+        "/nodes/0/children/1",
+    ),
+    (
+        |j| j["nodes"][0]["children"] = json!([0]),
+        "/nodes/0/children/0",
+    ),
+    (
+        |j| j["nodes"][0]["children"] = json!([1, 1]),
+        "/nodes/0/children/1",
+    ),
+    (
+        |j| {
+            j["nodes"][0]["children"] = json!([1]);
+            j["nodes"][1]["children"] = json!([0]);
+        },
+        "/nodes/1/children/0",
+    ),
+    (
+        |j| {
+            j["nodes"][0]["children"] = json!([1]);
+            j["scenes"][0]["nodes"] = json!([0, 1]);
+        },
+        "/scenes/0/nodes/1",
+    ),
+    (|j| j["nodes"] = json!(5), "/nodes"),
+    (
+        |j| j["nodes"][0]["matrix"] = json!([1, 2, 3]),
+        "/nodes/0/matrix",
+    ),
+    (
+        |j| j["nodes"][0]["translation"] = json!([1, 2, "3"]),
+        "/nodes/0/translation/2",
+    ),
+    (
+        |j| j["nodes"][0]["rotation"] = json!([0, 0, 0, 0]),
+        "/nodes/0/rotation",
+    ),
+    (|j| j["scene"] = json!(3), "/scene"),
+    (
+        |j| j["scenes"][0]["nodes"] = json!([0, 0]),
+        "/scenes/0/nodes/1",
+    ),
+    (
+        |j| j["scenes"][0]["nodes"] = json!([99]),
+        "/scenes/0/nodes/0",
+    ),
+    (
+        |j| j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(9),
+        "/meshes/0/primitives/0/attributes/POSITION",
+    ),
+    (
+        |j| j["meshes"][0]["primitives"][0]["indices"] = json!(9),
+        "/meshes/0/primitives/0/indices",
+    ),
+    (
+        |j| j["accessors"][0]["type"] = json!("VEC2"),
+        "/accessors/0/type",
+    ),
+    (
+        |j| j["accessors"][0]["componentType"] = json!(1),
+        "/accessors/0/componentType",
+    ),
+    (
+        |j| j["accessors"][1]["componentType"] = json!(5126),
+        "/accessors/1/componentType",
+    ),
+    (
+        |j| j["accessors"][0]["count"] = json!(4),
+        "/accessors/0/count",
+    ),
+    (
+        |j| j["accessors"][0]["count"] = json!(u64::MAX),
+        "/accessors/0/count",
+    ),
+    (
+        |j| {
+            j["accessors"][0] =
+                json!({ "componentType": 5126, "type": "VEC3", "count": 1_u64 << 60 });
+        },
+        "/accessors/0/count",
+    ),
+    (
+        |j| j["accessors"][0]["byteOffset"] = json!(4),
+        "/accessors/0/count",
+    ),
+    (
+        |j| j["accessors"][0]["bufferView"] = json!(8),
+        "/accessors/0/bufferView",
+    ),
+    (
+        |j| j["bufferViews"][0]["buffer"] = json!(8),
+        "/bufferViews/0/buffer",
+    ),
+    (
+        |j| j["bufferViews"][0]["byteLength"] = json!(99),
+        "/bufferViews/0/byteLength",
+    ),
+    (
+        |j| j["bufferViews"][0]["byteOffset"] = json!(u64::MAX),
+        "/bufferViews/0/byteLength",
+    ),
+    (
+        |j| j["bufferViews"][0]["byteStride"] = json!(4),
+        "/bufferViews/0/byteStride",
+    ),
+    (
+        |j| j["buffers"][0]["byteLength"] = json!(1_u64 << 40),
+        "/buffers/0/byteLength",
+    ),
+    // The third index, 2, is one too many for two vertices.
+    (|j| j["accessors"][0]["count"] = json!(2), "/accessors/1"),
+    (
+        |j| {
+            j["buffers"] = json!([{ "byteLength": 44, "uri": "gone.bin" }]);
+            j["accessors"][0]["min"] = json!([3, 0, -4]);
+        },
+        "/accessors/0/min",
+    ),
+    (
+        |j| {
+            j["buffers"] = json!([{ "byteLength": 44, "uri": "gone.bin" }]);
+            j["accessors"][0]["max"] = json!([3, null, -4]);
+        },
+        "/accessors/0/max",
+    ),
+    (|j| j["asset"] = json!({}), "/asset"),
+];
+
 #[test]
 fn each_defect_of_the_document_is_told_by_its_pointer() {
-    let defects: &[(Break, &str)] = &[
-        (|j| j["nodes"][0]["mesh"] = json!(7), "/nodes/0/mesh"),
-        (|j| j["nodes"][0]["mesh"] = json!("0"), "/nodes/0/mesh"),
-        (|j| j["nodes"][0]["mesh"] = json!(-1), "/nodes/0/mesh"),
-        (
-            |j| j["nodes"][0]["children"] = json!([1, 5]),
-            "/nodes/0/children/1",
-        ),
-        (
-            |j| j["nodes"][0]["children"] = json!([0]),
-            "/nodes/0/children/0",
-        ),
-        (
-            |j| j["nodes"][0]["children"] = json!([1, 1]),
-            "/nodes/0/children/1",
-        ),
-        (
-            |j| {
-                j["nodes"][0]["children"] = json!([1]);
-                j["nodes"][1]["children"] = json!([0]);
-            },
-            "/nodes/1/children/0",
-        ),
-        (
-            |j| {
-                j["nodes"][0]["children"] = json!([1]);
-                j["scenes"][0]["nodes"] = json!([0, 1]);
-            },
-            "/scenes/0/nodes/1",
-        ),
-        (|j| j["nodes"] = json!(5), "/nodes"),
-        (
-            |j| j["nodes"][0]["matrix"] = json!([1, 2, 3]),
-            "/nodes/0/matrix",
-        ),
-        (
-            |j| j["nodes"][0]["translation"] = json!([1, 2, "3"]),
-            "/nodes/0/translation/2",
-        ),
-        (
-            |j| j["nodes"][0]["rotation"] = json!([0, 0, 0, 0]),
-            "/nodes/0/rotation",
-        ),
-        (|j| j["scene"] = json!(3), "/scene"),
-        (
-            |j| j["scenes"][0]["nodes"] = json!([0, 0]),
-            "/scenes/0/nodes/1",
-        ),
-        (
-            |j| j["scenes"][0]["nodes"] = json!([99]),
-            "/scenes/0/nodes/0",
-        ),
-        (
-            |j| j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(9),
-            "/meshes/0/primitives/0/attributes/POSITION",
-        ),
-        (
-            |j| j["meshes"][0]["primitives"][0]["indices"] = json!(9),
-            "/meshes/0/primitives/0/indices",
-        ),
-        (
-            |j| j["accessors"][0]["type"] = json!("VEC2"),
-            "/accessors/0/type",
-        ),
-        (
-            |j| j["accessors"][0]["componentType"] = json!(1),
-            "/accessors/0/componentType",
-        ),
-        (
-            |j| j["accessors"][1]["componentType"] = json!(5126),
-            "/accessors/1/componentType",
-        ),
-        (
-            |j| j["accessors"][0]["count"] = json!(4),
-            "/accessors/0/count",
-        ),
-        (
-            |j| j["accessors"][0]["count"] = json!(u64::MAX),
-            "/accessors/0/count",
-        ),
-        (
-            |j| {
-                j["accessors"][0] =
-                    json!({ "componentType": 5126, "type": "VEC3", "count": 1_u64 << 60 });
-            },
-            "/accessors/0/count",
-        ),
-        (
-            |j| j["accessors"][0]["byteOffset"] = json!(4),
-            "/accessors/0/count",
-        ),
-        (
-            |j| j["accessors"][0]["bufferView"] = json!(8),
-            "/accessors/0/bufferView",
-        ),
-        (
-            |j| j["bufferViews"][0]["buffer"] = json!(8),
-            "/bufferViews/0/buffer",
-        ),
-        (
-            |j| j["bufferViews"][0]["byteLength"] = json!(99),
-            "/bufferViews/0/byteLength",
-        ),
-        (
-            |j| j["bufferViews"][0]["byteOffset"] = json!(u64::MAX),
-            "/bufferViews/0/byteLength",
-        ),
-        (
-            |j| j["bufferViews"][0]["byteStride"] = json!(4),
-            "/bufferViews/0/byteStride",
-        ),
-        (
-            |j| j["buffers"][0]["byteLength"] = json!(1_u64 << 40),
-            "/buffers/0/byteLength",
-        ),
-        // The third index, 2, is one too many for two vertices.
-        (|j| j["accessors"][0]["count"] = json!(2), "/accessors/1"),
-        (
-            |j| {
-                j["buffers"] = json!([{ "byteLength": 44, "uri": "gone.bin" }]);
-                j["accessors"][0]["min"] = json!([3, 0, -4]);
-            },
-            "/accessors/0/min",
-        ),
-        (
-            |j| {
-                j["buffers"] = json!([{ "byteLength": 44, "uri": "gone.bin" }]);
-                j["accessors"][0]["max"] = json!([3, null, -4]);
-            },
-            "/accessors/0/max",
-        ),
-        (|j| j["asset"] = json!({}), "/asset"),
-    ];
-    for (defect, pointer) in defects {
+    for (defect, pointer) in DEFECTS {
         let mut json = document();
         defect(&mut json);
         let bytes = glb(json.to_string().as_bytes(), &binary());
@@ -238,6 +240,9 @@ fn broken_containers_and_texts_are_told_by_their_position() {
     assert_eq!(place_of(open("a.gltf", broken)), Place::Line(2, 4));
 }
 
+/// Far beyond what recursion would stand.
+const DEPTH: usize = 100_000;
+
 #[test]
 fn deep_nesting_is_refused_as_text_and_walked_as_nodes() {
     let deep = format!("{{\"nodes\":{}", "[".repeat(100_000));
@@ -245,7 +250,6 @@ fn deep_nesting_is_refused_as_text_and_walked_as_nodes() {
         place_of(open("deep.gltf", deep.as_bytes())),
         Place::Pointer("/nodes/0/0".into())
     );
-    const DEPTH: usize = 100_000;
     let mut json = document();
     let nodes = (0..DEPTH).map(|i| json!({ "children": [i + 1], "translation": [0, 1, 0] }));
     let leaf = json!({ "name": "top", "mesh": 0 });
