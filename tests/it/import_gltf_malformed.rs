@@ -331,6 +331,82 @@ fn vertices_that_are_not_finite_are_warned_of() {
     assert_eq!(imported.warnings[0].object.as_deref(), Some("roof"));
 }
 
+fn primitive(json: &mut Value) -> &mut Value {
+    &mut json["meshes"][0]["primitives"][0]
+}
+
+#[test]
+fn feature_ids_in_a_texture_leave_one_object_with_a_warning() {
+    let mut json = document();
+    let ids = json!([{ "featureCount": 2, "texture": { "index": 0 } }]);
+    primitive(&mut json)["extensions"] = json!({ "EXT_mesh_features": { "featureIds": ids } });
+    let imported = open("a.glb", &glb(json.to_string().as_bytes(), &binary())).unwrap();
+    assert_eq!(imported.scene.objects[0].id, "roof");
+    assert!(imported.warnings[0].what.contains("texture"));
+}
+
+#[test]
+fn implicit_feature_ids_make_each_vertex_an_object() {
+    let mut json = document();
+    let ids = json!([{ "featureCount": 3, "nullFeatureId": 1 }]);
+    primitive(&mut json)["extensions"] = json!({ "EXT_mesh_features": { "featureIds": ids } });
+    let imported = open("a.glb", &glb(json.to_string().as_bytes(), &binary())).unwrap();
+    let objects = imported.scene.objects.iter();
+    let found: Vec<_> = objects.map(|o| (o.id.as_str(), o.triangles)).collect();
+    assert_eq!(found, [("roof", 0), ("roof/0", 1), ("roof/2", 0)]);
+}
+
+#[test]
+fn a_feature_without_a_row_keeps_its_geometry_with_a_warning() {
+    let mut json = document();
+    let ids = json!([{ "featureCount": 3, "propertyTable": 0 }]);
+    primitive(&mut json)["extensions"] = json!({ "EXT_mesh_features": { "featureIds": ids } });
+    json["extensions"] = json!({ "EXT_structural_metadata": {
+        "schema": { "id": "s", "classes": { "c": {} } },
+        "propertyTables": [{ "class": "c", "count": 2 }],
+    } });
+    let imported = open("a.glb", &glb(json.to_string().as_bytes(), &binary())).unwrap();
+    assert_eq!(imported.scene.objects.len(), 3);
+    assert_eq!(imported.warnings[0].object.as_deref(), Some("roof/2"));
+}
+
+#[test]
+fn meshopt_placeholders_are_replaced_by_their_range() {
+    let mut json = document();
+    json["extensionsRequired"] = json!(["EXT_meshopt_compression"]);
+    json["buffers"] = json!([{ "byteLength": 44 }, { "byteLength": 44 }]);
+    for view in 0..2 {
+        json["bufferViews"][view]["buffer"] = json!(1);
+        json["bufferViews"][view]["extensions"] =
+            json!({ "EXT_meshopt_compression": { "buffer": 0, "byteLength": 9, "count": 3 } });
+    }
+    let imported = open("a.glb", &glb(json.to_string().as_bytes(), &binary())).unwrap();
+    let object = &imported.scene.objects[0];
+    assert_eq!(object.bounds.size().to_array(), [2.0, 4.0, 3.0]);
+    assert_eq!(object.triangles, 1);
+    assert!(
+        imported.warnings[0]
+            .what
+            .contains("EXT_meshopt_compression")
+    );
+}
+
+#[test]
+fn a_small_file_cannot_ask_for_boundless_work() {
+    let mut json = document();
+    json["accessors"][0] = json!({ "componentType": 5126, "type": "VEC3", "count": 1 << 24 });
+    primitive(&mut json)
+        .as_object_mut()
+        .unwrap()
+        .remove("indices");
+    let primitives = vec![primitive(&mut json).clone(); 2000];
+    json["meshes"][0]["primitives"] = json!(primitives);
+    let started = std::time::Instant::now();
+    let place = place_of(open("a.glb", &glb(json.to_string().as_bytes(), &binary())));
+    assert!(matches!(place, Place::Pointer(p) if p.starts_with("/meshes/0/primitives/")));
+    assert!(started.elapsed().as_secs() < 20);
+}
+
 #[test]
 fn a_file_without_meshes_is_an_empty_scene_with_a_warning() {
     let imported = open("a.gltf", br#"{"asset":{"version":"2.0"}}"#).unwrap();

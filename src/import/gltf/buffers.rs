@@ -23,6 +23,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 /// The buffers of a file, by index; `None` where a buffer is missing.
 pub(super) struct Buffers<'a> {
     bytes: Vec<Option<Cow<'a, [u8]>>>,
+    total: usize,
 }
 
 impl<'a> Buffers<'a> {
@@ -53,9 +54,14 @@ impl<'a> Buffers<'a> {
             Ok(bytes)
         };
         let bytes = document.buffers.iter().enumerate().map(open);
-        Ok(Self {
-            bytes: bytes.collect::<Result<_, _>>()?,
-        })
+        let bytes: Vec<Option<Cow<[u8]>>> = bytes.collect::<Result<_, _>>()?;
+        let total = bytes.iter().flatten().map(|bytes| bytes.len()).sum();
+        Ok(Self { bytes, total })
+    }
+
+    /// Bytes of all buffers together.
+    pub(super) fn total(&self) -> usize {
+        self.total
     }
 
     pub(super) fn get(&self, index: usize) -> Option<&[u8]> {

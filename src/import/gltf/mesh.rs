@@ -13,8 +13,11 @@ const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
 
 /// Vertices may be shared by meshes and meshes by nodes, so that a small file can ask for any
-/// amount of work; past this many vertices it is refused.
-const MAX_VISITS: u64 = 1 << 34;
+/// amount of work; past so many vertices and bytes of names and attributes it is refused.
+const MAX_VISITS: u64 = 1 << 32;
+/// A vertex takes more than a byte of a buffer, so a mesh with more vertices than bytes repeats
+/// itself; it is refused where it also has more than this many.
+const MAX_REPEATED_POINTS: usize = 1 << 20;
 
 /// Feature of a property table, or of the mesh where there is no table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,6 +52,8 @@ pub(super) struct Gathered {
     last: usize,
     /// A bit for each vertex of the primitive at hand.
     seen: Vec<u64>,
+    /// At most so many points are in the parts.
+    points: usize,
     visits: u64,
 }
 
@@ -146,28 +151,31 @@ impl Gathered {
         self.part_of.clear();
         self.part_of.insert(None, 0);
         self.last = 0;
+        self.points = 0;
     }
 
     /// Counts work done for what stands at `place`.
     pub(super) fn visit(
         &mut self,
         reader: &Reader,
-        vertices: usize,
+        amount: usize,
         place: impl FnOnce() -> String,
     ) -> Result<(), ImportError> {
-        self.visits = self.visits.saturating_add(vertices as u64);
+        self.visits = self.visits.saturating_add(amount as u64);
         if self.visits > MAX_VISITS {
-            let reason = format!("the file draws more than {MAX_VISITS} vertices up to here");
+            let reason = "the file repeats its vertices or names beyond all bounds";
             return reader.fail(place(), reason);
         }
         Ok(())
     }
 
+    /// Notes something once, however many primitives share it.
     fn note(&mut self, at: At, what: impl Into<String>) {
-        self.notes.push(Note {
-            place: at.field(""),
-            what: what.into(),
-        });
+        let what = what.into();
+        if self.notes.iter().all(|note| note.what != what) {
+            let place = at.field("");
+            self.notes.push(Note { place, what });
+        }
     }
 
     fn part(&mut self, feature: Option<Feature>) -> &mut Part {
@@ -228,6 +236,11 @@ impl Gathered {
     ) -> Result<(), ImportError> {
         let count = order.readable(values.count);
         self.visit(reader, count, || at.field(""))?;
+        self.points = self.points.saturating_add(count.min(values.count));
+        if self.points > reader.buffers.total().max(MAX_REPEATED_POINTS) {
+            let reason = "the mesh repeats its vertices beyond all bounds";
+            return reader.fail(at.field(""), reason);
+        }
         self.seen.clear();
         self.seen.resize(values.count / 64 + 1, 0);
         let is_split = !matches!(split, Split::No);

@@ -125,6 +125,10 @@ impl<'a, 'c> Objects<'a, 'c> {
             let short = common.attributes.as_ref();
             short.filter(|a| a.get().len() <= MAX_REPEATED).cloned()
         };
+        let repeated = name.len() + attributes.as_ref().map_or(0, |a| a.get().len());
+        let repeated = repeated.saturating_mul(self.gathered.parts.len());
+        let place = || common.place.clone();
+        self.gathered.visit(&self.reader, repeated, place)?;
         for part in 0..self.gathered.parts.len() {
             // What is of no feature counts only where there is no feature at all or it draws.
             let has_geometry = !self.gathered.parts[part].points.is_empty();
@@ -144,17 +148,17 @@ impl<'a, 'c> Objects<'a, 'c> {
         let Some(table) = feature.table else {
             return Ok(Row::default());
         };
+        let place = format!("/extensions/EXT_structural_metadata/propertyTables/{table}");
         let asked = (table, feature.id);
-        Ok(self
-            .tables
-            .row(&self.reader, asked, self.collector)?
-            .unwrap_or_else(|| {
-                let place = format!("/extensions/EXT_structural_metadata/propertyTables/{table}");
-                let what = "the property table says nothing of it";
-                let id = format!("{name}/{}", feature.id);
-                self.collector.warn(Some(&id), Place::Pointer(place), what);
-                Row::default()
-            }))
+        if let Some(row) = self.tables.row(&self.reader, asked, self.collector)? {
+            let length = row.attributes.as_ref().map_or(0, |a| a.get().len());
+            self.gathered.visit(&self.reader, length, || place)?;
+            return Ok(row);
+        }
+        let what = "the property table says nothing of it";
+        let id = format!("{name}/{}", feature.id);
+        self.collector.warn(Some(&id), Place::Pointer(place), what);
+        Ok(Row::default())
     }
 
     fn part(
