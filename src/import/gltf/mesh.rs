@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::accessor::{Content, Reader, Values};
-use super::document::{FeatureIds, Primitive};
+use super::document::Primitive;
+use super::features::{Feature, Split};
 use crate::import::ImportError;
 
 pub(super) const TRIANGLES: u32 = 4;
@@ -18,13 +19,6 @@ const MAX_VISITS: u64 = 1 << 32;
 /// A vertex takes more than a byte of a buffer, so a mesh with more vertices than bytes repeats
 /// itself; it is refused where it also has more than this many.
 const MAX_REPEATED_POINTS: usize = 1 << 20;
-
-/// Feature of a property table, or of the mesh where there is no table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Feature {
-    pub(super) table: Option<usize>,
-    pub(super) id: u64,
-}
 
 /// What becomes one object: a feature, or what of the mesh is of no feature.
 #[derive(Default)]
@@ -59,13 +53,13 @@ pub(super) struct Gathered {
 
 /// Where a primitive is in the file.
 #[derive(Clone, Copy)]
-struct At {
+pub(super) struct At {
     mesh: usize,
     primitive: usize,
 }
 
 impl At {
-    fn field(self, field: &str) -> String {
+    pub(super) fn field(self, field: &str) -> String {
         let Self { mesh, primitive } = self;
         format!("/meshes/{mesh}/primitives/{primitive}{field}")
     }
@@ -78,32 +72,6 @@ enum Order<'a> {
     Indexed(usize, Values<'a>),
     /// So many indices that cannot be read.
     Unknown(usize),
-}
-
-/// How the vertices of a primitive are told apart.
-enum Split<'a> {
-    No,
-    Attribute(Values<'a>, &'a FeatureIds),
-    Implicit(&'a FeatureIds),
-}
-
-impl Split<'_> {
-    #[inline]
-    fn feature(&self, vertex: usize) -> Option<Feature> {
-        let (id, ids) = match self {
-            Self::No => return None,
-            Self::Implicit(ids) => (vertex as u64, ids),
-            Self::Attribute(values, ids) => {
-                let id = values.value(vertex, 0).round();
-                // NaN and negative numbers are no features.
-                (id >= 0.0).then_some((id as u64, ids))?
-            }
-        };
-        (ids.null_feature_id != Some(id)).then_some(Feature {
-            table: ids.property_table,
-            id,
-        })
-    }
 }
 
 impl Gathered {
@@ -216,7 +184,10 @@ impl Gathered {
             let why = reader.why_missing(is_packed, accessor);
             return self.span(reader, position, triangles, why, at);
         };
-        let mut split = self.split(reader, primitive, values.count, at)?;
+        let (mut split, unread) = Split::of(reader, primitive, values.count, at)?;
+        if let Some(what) = unread {
+            self.note(at, what);
+        }
         if let Order::Unknown(_) = order {
             self.note(at, "its indices cannot be read; all vertices are taken");
             split = Split::No;
@@ -295,58 +266,6 @@ impl Gathered {
             part.points.push(DVec3::new(pick(0), pick(1), pick(2)));
         }
         Ok(())
-    }
-
-    /// How `EXT_mesh_features` tells the vertices apart: by the first set of ids that can be read,
-    /// one with a property table if there is any.
-    fn split<'a>(
-        &mut self,
-        reader: &Reader<'a>,
-        primitive: &'a Primitive,
-        vertices: usize,
-        at: At,
-    ) -> Result<Split<'a>, ImportError> {
-        let Some(features) = &primitive.extensions.features else {
-            return Ok(Split::No);
-        };
-        let sets = || {
-            features
-                .feature_ids
-                .iter()
-                .filter(|ids| ids.texture.is_none())
-        };
-        let found = sets()
-            .find(|ids| ids.property_table.is_some())
-            .or_else(|| sets().next());
-        let Some(ids) = found else {
-            if !features.feature_ids.is_empty() {
-                self.note(
-                    at,
-                    "its feature ids are in a texture, which is not read; taken as one object",
-                );
-            }
-            return Ok(Split::No);
-        };
-        let Some(number) = ids.attribute else {
-            return Ok(Split::Implicit(ids));
-        };
-        let name = format!("_FEATURE_ID_{number}");
-        let Some(&accessor) = primitive.attributes.get(name.as_str()) else {
-            let place = at.field("/extensions/EXT_mesh_features/featureIds");
-            return reader.fail(place, format!("the primitive has no attribute {name}"));
-        };
-        let asked_by = || at.field(&format!("/attributes/{name}"));
-        match reader.values(accessor, "SCALAR", &asked_by)? {
-            Content::Values(values) if values.count < vertices => {
-                let reason = format!("{} feature ids for {vertices} vertices", values.count);
-                reader.fail(format!("/accessors/{accessor}/count"), reason)
-            }
-            Content::Values(values) => Ok(Split::Attribute(values, ids)),
-            Content::Missing => {
-                self.note(at, "its feature ids cannot be read; taken as one object");
-                Ok(Split::No)
-            }
-        }
     }
 }
 

@@ -8,6 +8,7 @@ mod buffers;
 mod column;
 mod container;
 mod document;
+mod features;
 mod graph;
 mod instances;
 mod mesh;
