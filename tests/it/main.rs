@@ -2,10 +2,17 @@
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
-    reason = "a test that fails may panic"
+    clippy::print_stdout,
+    reason = "a test fails by panicking and says on its output what it skipped"
 )]
 #![allow(missing_docs, reason = "tests are not an interface")]
 
+/// glTF and GLB become the objects, bounds and attributes that the file states.
+mod import_gltf;
+/// A broken glTF file is refused with the place at fault, whatever the bytes, and never panics.
+mod import_gltf_malformed;
+/// OBJ becomes the objects and bounds that the file states; broken files name line and column.
+mod import_obj;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
 /// Retrieval against the transcription and against brute force.
