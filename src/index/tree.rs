@@ -68,18 +68,31 @@ impl Meta {
 /// Boxes twice: f32 lanes for eight at a time, and exactly.
 #[derive(Debug, Clone, Copy)]
 pub struct Boxes<'a> {
-    lanes: &'a [f32],
-    stride: usize,
+    lanes: [&'a [f32]; 6],
     /// Exact corners: min x, y, z, max x, y, z in scene coordinates.
     pub exact: &'a [[f64; 6]],
 }
 
 impl<'a> Boxes<'a> {
-    /// One coordinate (min x, y, z, max x, y, z) of boxes `at .. at + 8`, relative to
-    /// [`LodTree::origin`] and rounded outward. Past the last box it is padding.
-    pub fn eight(&self, lane: usize, at: usize) -> Option<&'a [f32; 8]> {
-        let start = lane * self.stride + at;
-        self.lanes.get(start..start + 8)?.try_into().ok()
+    fn new(lanes: &'a [f32], exact: &'a [[f64; 6]], count: u32) -> Self {
+        let stride = lane_stride(count);
+        Self {
+            lanes: std::array::from_fn(|lane| {
+                lanes
+                    .get(lane * stride..(lane + 1) * stride)
+                    .unwrap_or_default()
+            }),
+            exact,
+        }
+    }
+
+    /// Boxes `at .. at + 8` as lanes min x, y, z, max x, y, z, relative to [`LodTree::origin`]
+    /// and rounded outward. Past the last box it is padding.
+    #[inline]
+    pub fn eight(&self, at: u32) -> Option<[&'a [f32; 8]; 6]> {
+        let from = at as usize;
+        let lane = |lane: usize| self.lanes[lane].get(from..)?.first_chunk();
+        Some([lane(0)?, lane(1)?, lane(2)?, lane(3)?, lane(4)?, lane(5)?])
     }
 }
 
@@ -254,10 +267,8 @@ impl LodTree {
     pub fn arrays(&self) -> Arrays<'_> {
         let levels: &[u32] = self.image.slice(Section::Levels);
         let (level_nodes, level_objects) = levels.split_at(levels.len() / 2);
-        let boxes = |lanes, exact, count| Boxes {
-            lanes: self.image.slice(lanes),
-            stride: lane_stride(count),
-            exact: self.image.slice(exact),
+        let boxes = |lanes, exact, count| {
+            Boxes::new(self.image.slice(lanes), self.image.slice(exact), count)
         };
         Arrays {
             children: self.image.slice(Section::Children),

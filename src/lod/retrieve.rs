@@ -105,7 +105,7 @@ impl Traversal<'_> {
     }
 
     fn eight(&mut self, level: u32, first: u32, count: u32, planes: PlaneSet, parent_hidden: f32) {
-        let Some(boxes) = eight(&self.arrays.nodes, first) else {
+        let Some(boxes) = self.arrays.nodes.eight(first) else {
             return;
         };
         self.selection.stats.nodes_visited += count;
@@ -163,6 +163,9 @@ impl Traversal<'_> {
         }
         let mut nearer = set & distances.nearer(threshold);
         let open = set & !nearer & !distances.not_nearer(threshold);
+        if open == 0 {
+            return nearer;
+        }
         for lane in bits(open) {
             if let Some(exact) = exact(&self.arrays.nodes, first + lane)
                 && exact.distance(self.view.eye()) < threshold.distance
@@ -361,16 +364,19 @@ impl Traversal<'_> {
 
     /// Which of eight objects are not outside; what f32 leaves open is decided in f64.
     fn visible(&self, first: u32, lanes: Lanes, planes: PlaneSet) -> Lanes {
-        let Some(boxes) = eight(&self.arrays.objects, first) else {
+        let Some(boxes) = self.arrays.objects.eight(first) else {
             return 0;
         };
-        let relations = self.filter.relations(&boxes, planes);
-        let mut visible = lanes & relations.touching;
-        for lane in bits(lanes & !relations.outside & !relations.touching) {
-            if exact(&self.arrays.objects, first + lane)
-                .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
-            {
-                visible |= 1 << lane;
+        let (outside, touching) = self.filter.outside_or_touching(&boxes, planes);
+        let mut visible = lanes & touching;
+        let open = lanes & !outside & !touching;
+        if open != 0 {
+            for lane in bits(open) {
+                if exact(&self.arrays.objects, first + lane)
+                    .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
+                {
+                    visible |= 1 << lane;
+                }
             }
         }
         visible
@@ -434,18 +440,6 @@ impl Wholes {
     fn of(&self, lane: u32) -> Option<&(Lanes, u32)> {
         self.iter().find(|(set, _)| set >> lane & 1 == 1)
     }
-}
-
-fn eight<'a>(boxes: &Boxes<'a>, first: u32) -> Option<Eight<'a>> {
-    let at = first as usize;
-    Some([
-        boxes.eight(0, at)?,
-        boxes.eight(1, at)?,
-        boxes.eight(2, at)?,
-        boxes.eight(3, at)?,
-        boxes.eight(4, at)?,
-        boxes.eight(5, at)?,
-    ])
 }
 
 /// The exact box, where it is one.
