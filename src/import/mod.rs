@@ -8,9 +8,11 @@
 
 mod cityjson;
 mod collector;
+mod crs;
 mod error;
 mod geojson;
 mod gltf;
+mod json;
 mod obj;
 mod shape;
 mod source;
