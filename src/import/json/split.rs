@@ -1,4 +1,5 @@
 use std::io::Read;
+use std::path::Path;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -55,6 +56,11 @@ impl<'a> Splitter<'a> {
             splitter.consume(3);
         }
         Ok(splitter)
+    }
+
+    /// The file.
+    pub(in crate::import) fn path(&self) -> &Path {
+        self.source.path()
     }
 
     /// The bytes at hand from `from` to `to`.
