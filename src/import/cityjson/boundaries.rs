@@ -178,7 +178,10 @@ mod tests {
         ] {
             let depth = depth_of(kind).unwrap_or_default();
             let found = Boundaries::walk(text, depth, 8, |_| {});
-            let expected = Boundaries { triangles, problem: None };
+            let expected = Boundaries {
+                triangles,
+                problem: None,
+            };
             assert_eq!(found, expected, "{kind} {text}");
         }
     }
@@ -186,8 +189,16 @@ mod tests {
     #[test]
     fn what_is_no_index_is_named() {
         for (text, taken, says) in [
-            ("[[[0,1,8]]]", 2, "1 of its vertex indices out of range, the first 8,"),
-            ("[[[0,-1,0.5]]]", 1, "2 of its vertex indices out of range, the first -1,"),
+            (
+                "[[[0,1,8]]]",
+                2,
+                "1 of its vertex indices out of range, the first 8,",
+            ),
+            (
+                "[[[0,-1,0.5]]]",
+                1,
+                "2 of its vertex indices out of range, the first -1,",
+            ),
             ("[[[0,1,1e999]]]", 2, "the first inf"),
             ("[[[0,1,null]]]", 2, "not 3 arrays"),
             ("[[0,1]]", 0, "not 3 arrays"),

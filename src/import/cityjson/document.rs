@@ -103,8 +103,7 @@ impl Transform {
                 ))
             };
         };
-        let raw: Raw =
-            serde_json::from_str(text.get()).map_err(|e| ("/transform", reason(&e)))?;
+        let raw: Raw = serde_json::from_str(text.get()).map_err(|e| ("/transform", reason(&e)))?;
         let scale = DVec3::from_array(raw.scale);
         if scale.cmpeq(DVec3::ZERO).any() {
             let reason = format!("{scale} has a zero, which would make the city flat");

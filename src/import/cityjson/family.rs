@@ -66,14 +66,11 @@ impl<'a> Family<'a> {
     /// Each top-most object with all that belong to it, itself included.
     pub(super) fn groups(
         &self,
-    ) -> impl Iterator<Item = (&CityObject<'a>, impl Iterator<Item = &CityObject<'a>>)>
-    {
-        self.members
-            .chunk_by(|(a, _), (b, _)| a == b)
-            .map(|group| {
-                let members = group.iter().map(|&(_, member)| self.at(member));
-                (self.at(group[0].0), members)
-            })
+    ) -> impl Iterator<Item = (&CityObject<'a>, impl Iterator<Item = &CityObject<'a>>)> {
+        self.members.chunk_by(|(a, _), (b, _)| a == b).map(|group| {
+            let members = group.iter().map(|&(_, member)| self.at(member));
+            (self.at(group[0].0), members)
+        })
     }
 
     fn at(&self, index: u32) -> &CityObject<'a> {

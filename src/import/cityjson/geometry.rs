@@ -163,7 +163,10 @@ impl Objects {
             return self.instance(geometry, boundaries).err();
         }
         let Some(depth) = depth_of(&geometry.kind) else {
-            return Some(format!("{:?} is no type of geometry; left out", geometry.kind));
+            return Some(format!(
+                "{:?} is no type of geometry; left out",
+                geometry.kind
+            ));
         };
         let Self {
             vertices,
@@ -194,7 +197,9 @@ impl Objects {
         });
         let Some(reference) = reference else {
             let problem = found.problem.map(Cow::from);
-            return Err(problem.unwrap_or("no reference point; left out".into()).into());
+            return Err(problem
+                .unwrap_or("no reference point; left out".into())
+                .into());
         };
         let matrix = match geometry.matrix {
             Some(rows) => DMat4::from_cols_array(&rows).transpose(),

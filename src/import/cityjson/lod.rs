@@ -107,7 +107,11 @@ mod tests {
             let levels: Vec<Lod> = levels.split_whitespace().map(Lod::parse).collect();
             let asked = asked.map(Lod::parse);
             let chosen = Lod::choose(levels.iter(), asked.as_ref());
-            assert_eq!(chosen.cloned(), expected.map(Lod::parse), "{levels:?} {asked:?}");
+            assert_eq!(
+                chosen.cloned(),
+                expected.map(Lod::parse),
+                "{levels:?} {asked:?}"
+            );
         }
     }
 }

@@ -154,11 +154,9 @@ impl City {
 /// The value from 0 to `end` of the stream.
 fn parse<'a>(stream: &'a Splitter, end: usize) -> Result<Document<'a>, ImportError> {
     serde_json::from_str(stream.text(0, end)?).map_err(|error| match error.classify() {
-        Category::Data => ImportError::malformed(
-            stream.path(),
-            stream.place_of(0, &error),
-            reason(&error),
-        ),
+        Category::Data => {
+            ImportError::malformed(stream.path(), stream.place_of(0, &error), reason(&error))
+        }
         _ => stream.syntax(0, &error),
     })
 }

@@ -103,7 +103,8 @@ impl<'a, 'c> Features<'a, 'c> {
         let feature: Feature = serde_json::from_str(text).map_err(Rejected::Json)?;
         let raw = feature.properties.filter(|p| p.get().starts_with('{'));
         if raw.is_none() && feature.properties.is_some() {
-            self.problems.push("its properties are no object; left out".into());
+            self.problems
+                .push("its properties are no object; left out".into());
         }
         let height = self.options.height.as_deref();
         let properties = match raw.map(|p| Properties::read(p.get(), height)) {
@@ -125,7 +126,9 @@ impl<'a, 'c> Features<'a, 'c> {
             None => self.problems.push("it has no geometry".into()),
         }
         self.shape(&properties).map_err(Rejected::Import)?;
-        let class = properties.class().unwrap_or(CompactString::const_new(CLASS));
+        let class = properties
+            .class()
+            .unwrap_or(CompactString::const_new(CLASS));
         self.hand_over(id, class, raw, place);
         Ok(())
     }
@@ -175,8 +178,11 @@ impl<'a, 'c> Features<'a, 'c> {
         };
         self.system.settle(first, self.collector)?;
         let (ground, highest) = self.heights_of_positions();
-        let top = match properties.height(self.options.height.as_deref()) {
+        let height = properties.height(self.options.height.as_deref());
+        let extruded = matches!(height, Height::Metres(m) if m > 0.0);
+        let top = match height {
             Height::Metres(height) => highest.max(ground + height),
+            // The positions themselves tell how high it is.
             _ if highest > ground => highest,
             Height::Missing => {
                 self.problems.push("no height; kept flat".into());
@@ -200,7 +206,7 @@ impl<'a, 'c> Features<'a, 'c> {
         if let Some(vertex) = last.filter(|_| top > ground) {
             self.shape.vertex(vertex.with_z(top));
         }
-        self.shape.triangles(self.rings.triangles(top > ground));
+        self.shape.triangles(self.rings.triangles(extruded));
         self.note_faults();
         Ok(())
     }
@@ -223,7 +229,8 @@ impl<'a, 'c> Features<'a, 'c> {
             (faults.degenerate, "of fewer than three distinct points"),
         ] {
             if count > 0 {
-                self.problems.push(format!("{} {what}", counted(count, "ring")));
+                self.problems
+                    .push(format!("{} {what}", counted(count, "ring")));
             }
         }
         for (count, what) in [

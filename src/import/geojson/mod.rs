@@ -98,7 +98,12 @@ fn collection(
     while let Next::Item(at) = next {
         stream.consume(at);
         let end = stream.value_end(0)?;
-        add(stream, features, end, Place::Pointer(pointer("/features", index)))?;
+        add(
+            stream,
+            features,
+            end,
+            Place::Pointer(pointer("/features", index)),
+        )?;
         index += 1;
         stream.consume(end);
         next = stream.next(0, b']')?;

@@ -173,7 +173,8 @@ mod tests {
 
     #[test]
     fn heights_in_the_ways_they_are_written() {
-        let unusable = |property: &str, value: &str| Height::Unusable(property.into(), value.into());
+        let unusable =
+            |property: &str, value: &str| Height::Unusable(property.into(), value.into());
         for (text, named, expected) in [
             (r#"{"height":12.5}"#, None, Height::Metres(12.5)),
             (r#"{"height":"12.5"}"#, None, Height::Metres(12.5)),
@@ -200,13 +201,21 @@ mod tests {
     fn ids_and_classes() {
         for (text, id, class) in [
             (r#"{"gml_id":"b","id":7}"#, Some("7"), None),
-            (r#"{"@id":"way/3","type":"multipolygon"}"#, Some("way/3"), None),
+            (
+                r#"{"@id":"way/3","type":"multipolygon"}"#,
+                Some("way/3"),
+                None,
+            ),
             (r#"{"id":"","class":"Bridge"}"#, None, Some("Bridge")),
             (r#"{"id":{},"class":3,"type":"Tower"}"#, None, Some("Tower")),
         ] {
             let found = Properties::read(text, None).ok();
             let found = found.map(|p| (p.id(), p.class()));
-            assert_eq!(found, Some((id.map(Into::into), class.map(Into::into))), "{text}");
+            assert_eq!(
+                found,
+                Some((id.map(Into::into), class.map(Into::into))),
+                "{text}"
+            );
         }
     }
 }

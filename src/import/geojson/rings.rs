@@ -132,9 +132,11 @@ fn corners(ring: &[[f64; 3]]) -> u64 {
 }
 
 fn has_three_points(ring: &[[f64; 3]]) -> bool {
-    let differ = |a: &[f64; 3], b: &[f64; 3]| a[0] != b[0] || a[1] != b[1];
+    // By bits, so that a missing z, which is NaN, equals a missing z.
+    let differ = |a: &[f64; 3], b: &[f64; 3]| a.map(f64::to_bits) != b.map(f64::to_bits);
     let Some(second) = ring.iter().find(|p| differ(p, &ring[0])) else {
         return false;
     };
-    ring.iter().any(|p| differ(p, &ring[0]) && differ(p, second))
+    ring.iter()
+        .any(|p| differ(p, &ring[0]) && differ(p, second))
 }

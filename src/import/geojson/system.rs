@@ -6,12 +6,23 @@ use crate::import::collector::Collector;
 /// Geographic systems whose longitudes and latitudes differ from WGS 84 by no more than about
 /// two metres, all over: they are read as WGS 84.
 const GEOGRAPHIC: [&str; 17] = [
-    "OGC:CRS84", "OGC:CRS84H", "EPSG:4326", "EPSG:4979", // WGS 84
-    "EPSG:4258", "EPSG:4937", // ETRS89
-    "EPSG:4269", "EPSG:6318", "EPSG:6319", // NAD83
-    "EPSG:4612", "EPSG:6668", "EPSG:6697", // Japan
-    "EPSG:4283", "EPSG:7844", "EPSG:7843", // Australia
-    "EPSG:4490", "EPSG:4674", // China, South America
+    "OGC:CRS84",
+    "OGC:CRS84H",
+    "EPSG:4326",
+    "EPSG:4979", // WGS 84
+    "EPSG:4258",
+    "EPSG:4937", // ETRS89
+    "EPSG:4269",
+    "EPSG:6318",
+    "EPSG:6319", // NAD83
+    "EPSG:4612",
+    "EPSG:6668",
+    "EPSG:6697", // Japan
+    "EPSG:4283",
+    "EPSG:7844",
+    "EPSG:7843", // Australia
+    "EPSG:4490",
+    "EPSG:4674", // China, South America
 ];
 
 /// How the positions of one file become scene coordinates, settled by the file's `crs` member

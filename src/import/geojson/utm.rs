@@ -104,10 +104,11 @@ impl Utm {
     }
 
     fn cell(&mut self, column: i32, row: i32) -> [[[f64; 2]; 3]; 3] {
-        let slot = (column as u32).wrapping_add((row as u32).wrapping_mul(61)) as usize
-            & (CELLS_KEPT - 1);
+        let slot =
+            (column as u32).wrapping_add((row as u32).wrapping_mul(61)) as usize & (CELLS_KEPT - 1);
         if self.cells[slot].key != (column, row) {
-            let at = |cell: i32, node: usize| (f64::from(cell) + node as f64 * 0.5) / CELLS_PER_DEGREE;
+            let at =
+                |cell: i32, node: usize| (f64::from(cell) + node as f64 * 0.5) / CELLS_PER_DEGREE;
             let nodes = std::array::from_fn(|j| {
                 std::array::from_fn(|i| self.exactly(at(column, i), at(row, j)))
             });

@@ -119,9 +119,7 @@ impl<'a> Splitter<'a> {
                 Next::End(_) => Err(self.malformed(at, "trailing comma")),
             },
             Some(byte) if byte == close => Ok(Next::End(at + 1)),
-            Some(_) => {
-                Err(self.malformed(at, format!("expected `,` or `{}`", char::from(close))))
-            }
+            Some(_) => Err(self.malformed(at, format!("expected `,` or `{}`", char::from(close)))),
             None => Err(self.end_of_file()),
         }
     }
@@ -135,8 +133,7 @@ impl<'a> Splitter<'a> {
             return Err(self.malformed(from, "expected a member name in quotes"));
         }
         let end = self.value_end(from)?;
-        let key = serde_json::from_str(self.text(from, end)?)
-            .map_err(|e| self.syntax(from, &e))?;
+        let key = serde_json::from_str(self.text(from, end)?).map_err(|e| self.syntax(from, &e))?;
         let colon = self.skip_space(end)?;
         match self.byte(colon)? {
             Some(b':') => {}
