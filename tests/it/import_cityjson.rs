@@ -290,6 +290,11 @@ fn unusable_documents_are_refused_at_their_place() {
             assert_malformed("x.city.json", &text, &place, words);
         }
     }
+}
+
+#[test]
+fn what_is_no_cityjson_is_refused() {
+    let line = Place::Line;
     for (text, place, words) in [
         ("", line(1, 1), "empty"),
         (" \n\n ", line(3, 2), "empty"),

@@ -82,6 +82,9 @@ pub fn assert_malformed(name: &str, content: &str, place: &Place, words: &str) {
     }
 }
 
+/// Bytes that mean something in JSON, or must not be in it.
+const TELLING: &[u8] = b"[]{}\",:\\0-9.eEnN \n\x00\xff\x1e";
+
 /// Imports a file over and over, cut off or with single bytes changed; nothing may panic.
 pub fn damage(path: &Path, rounds: u32) {
     let whole = std::fs::read(path).unwrap();
@@ -94,7 +97,6 @@ pub fn damage(path: &Path, rounds: u32) {
             .wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % below
     };
-    const TELLING: &[u8] = b"[]{}\",:\\0-9.eEnN \n\x00\xff\x1e";
     for round in 0..rounds {
         let mut content = whole.clone();
         if round % 3 == 0 {

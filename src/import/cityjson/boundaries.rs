@@ -17,7 +17,7 @@ pub(super) struct Geometry<'a> {
     pub(super) boundaries: Option<&'a RawValue>,
     pub(super) template: Option<usize>,
     #[serde(rename = "transformationMatrix")]
-    pub(super) matrix: Option<[f64; 16]>,
+    pub(super) matrix: Option<Box<[f64; 16]>>,
 }
 
 pub(super) const INSTANCE: &str = "GeometryInstance";

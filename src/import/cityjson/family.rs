@@ -4,26 +4,53 @@ use std::collections::HashMap;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
+use super::boundaries::Geometry;
 use super::document::Entries;
 use crate::import::Place;
 use crate::import::collector::Collector;
 use crate::import::json::{pointer, reason};
 
-/// An entry of `CityObjects`, its geometries still text.
-#[derive(Deserialize, Default)]
+/// An entry of `CityObjects`.
+#[derive(Default)]
 pub(super) struct CityObject<'a> {
-    #[serde(rename = "type", borrow, default)]
+    pub(super) id: Cow<'a, str>,
     pub(super) class: Option<Cow<'a, str>>,
-    #[serde(borrow)]
     pub(super) attributes: Option<&'a RawValue>,
+    /// Each, or why it cannot be read.
+    pub(super) geometry: Vec<Result<Geometry<'a>, String>>,
+    parents: Vec<Cow<'a, str>>,
+    children: Vec<Cow<'a, str>>,
+}
+
+/// The same as it is written, with its geometries read or still text.
+#[derive(Deserialize)]
+struct Entry<'a, G> {
+    #[serde(rename = "type", borrow)]
+    class: Option<Cow<'a, str>>,
     #[serde(borrow)]
-    pub(super) geometry: Option<Vec<&'a RawValue>>,
+    attributes: Option<&'a RawValue>,
+    geometry: Option<Vec<G>>,
     #[serde(borrow)]
     parents: Option<Vec<Cow<'a, str>>>,
     #[serde(borrow)]
     children: Option<Vec<Cow<'a, str>>>,
-    #[serde(skip)]
-    pub(super) id: Cow<'a, str>,
+}
+
+impl<'a, G> Entry<'a, G> {
+    fn object(
+        self,
+        id: Cow<'a, str>,
+        read: impl FnMut(G) -> Result<Geometry<'a>, String>,
+    ) -> CityObject<'a> {
+        CityObject {
+            id,
+            class: self.class,
+            attributes: self.attributes,
+            geometry: self.geometry.into_iter().flatten().map(read).collect(),
+            parents: self.parents.unwrap_or_default(),
+            children: self.children.unwrap_or_default(),
+        }
+    }
 }
 
 const GROUP: &str = "CityObjectGroup";
@@ -39,7 +66,7 @@ impl CityObject<'_> {
 
     /// How many city objects it names as its children.
     pub(super) fn children(&self) -> usize {
-        self.children.as_ref().map_or(0, Vec::len)
+        self.children.len()
     }
 }
 
@@ -83,17 +110,26 @@ fn city_object<'a>(
     value: &'a RawValue,
     collector: &mut Collector,
 ) -> CityObject<'a> {
-    let parsed = serde_json::from_str::<CityObject>(value.get());
-    let mut object = parsed.unwrap_or_else(|error| {
-        collector.warn(
-            Some(&id),
-            Place::Pointer(pointer("/CityObjects", &id)),
-            format!("{}; nothing of it can be read", reason(&error)),
-        );
-        CityObject::default()
-    });
-    object.id = id;
-    object
+    if let Ok(entry) = serde_json::from_str::<Entry<Geometry>>(value.get()) {
+        return entry.object(id, Ok);
+    }
+    // Something in it is wrong: one by one, so that the other geometries are kept.
+    match serde_json::from_str::<Entry<&RawValue>>(value.get()) {
+        Ok(entry) => entry.object(id, |geometry| {
+            serde_json::from_str(geometry.get()).map_err(|error| reason(&error))
+        }),
+        Err(error) => {
+            collector.warn(
+                Some(&id),
+                Place::Pointer(pointer("/CityObjects", &id)),
+                format!("{}; nothing of it can be read", reason(&error)),
+            );
+            CityObject {
+                id,
+                ..CityObject::default()
+            }
+        }
+    }
 }
 
 /// The index of each object's parent: by its own `parents`, else by the other's `children`.
@@ -101,7 +137,7 @@ fn parents(objects: &[CityObject], collector: &mut Collector) -> Vec<Option<u32>
     let mut of = vec![None; objects.len()];
     if objects
         .iter()
-        .all(|o| o.parents.is_none() && o.children.is_none())
+        .all(|o| o.parents.is_empty() && o.children.is_empty())
     {
         return of;
     }
@@ -111,7 +147,7 @@ fn parents(objects: &[CityObject], collector: &mut Collector) -> Vec<Option<u32>
     }
     for (index, object) in objects.iter().enumerate() {
         let mut missing = None;
-        for id in object.parents.iter().flatten() {
+        for id in &object.parents {
             match by_id.get(id.as_ref()) {
                 Some(&parent) if objects[parent].is_group() => {}
                 Some(&parent) => of[index] = of[index].or(Some(parent as u32)),
@@ -127,7 +163,7 @@ fn parents(objects: &[CityObject], collector: &mut Collector) -> Vec<Option<u32>
         }
     }
     for (index, object) in objects.iter().enumerate().filter(|(_, o)| !o.is_group()) {
-        for id in object.children.iter().flatten() {
+        for id in &object.children {
             if let Some(&child) = by_id.get(id.as_ref()).filter(|&&child| child != index) {
                 of[child] = of[child].or(Some(index as u32));
             }

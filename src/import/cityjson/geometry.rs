@@ -12,7 +12,7 @@ use super::template::Templates;
 use crate::geom::DVec3;
 use crate::import::Place;
 use crate::import::collector::Collector;
-use crate::import::json::{pointer, reason};
+use crate::import::json::pointer;
 use crate::import::shape::Shape;
 
 /// The class of a city object that does not say what it is.
@@ -120,15 +120,13 @@ impl Objects {
         tally: &mut Tally,
         collector: &mut Collector,
     ) {
-        let geometries = member.geometry.iter().flatten().enumerate();
         let place = |index| pointer(&(member.pointer() + "/geometry"), index);
-        let mut readable = Vec::new();
-        for (index, text) in geometries {
-            match serde_json::from_str::<Geometry>(text.get()) {
-                Ok(geometry) => readable.push((index, self.lod(&geometry), geometry)),
-                Err(error) => {
-                    let what = format!("{}; left out", reason(&error));
-                    warn(root, place(index), what, collector);
+        let mut readable = Vec::with_capacity(member.geometry.len());
+        for (index, geometry) in member.geometry.iter().enumerate() {
+            match geometry {
+                Ok(geometry) => readable.push((index, self.lod(geometry), geometry)),
+                Err(reason) => {
+                    warn(root, place(index), format!("{reason}; left out"), collector);
                 }
             }
         }
@@ -139,7 +137,7 @@ impl Objects {
         for (index, lod, geometry) in readable {
             if lod == chosen {
                 tally.taken += 1;
-                if let Some(problem) = self.take(&geometry) {
+                if let Some(problem) = self.take(geometry) {
                     warn(root, place(index), problem, collector);
                 }
             }
@@ -201,8 +199,8 @@ impl Objects {
                 .unwrap_or("no reference point; left out".into())
                 .into());
         };
-        let matrix = match geometry.matrix {
-            Some(rows) => DMat4::from_cols_array(&rows).transpose(),
+        let matrix = match &geometry.matrix {
+            Some(rows) => DMat4::from_cols_array(rows).transpose(),
             None => DMat4::IDENTITY,
         };
         for &vertex in &template.vertices {

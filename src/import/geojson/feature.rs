@@ -129,7 +129,7 @@ impl<'a, 'c> Features<'a, 'c> {
         let class = properties
             .class()
             .unwrap_or(CompactString::const_new(CLASS));
-        self.hand_over(id, class, raw, place);
+        self.hand_over(&id, class, raw, place);
         Ok(())
     }
 
@@ -246,7 +246,7 @@ impl<'a, 'c> Features<'a, 'c> {
 
     fn hand_over(
         &mut self,
-        id: CompactString,
+        id: &CompactString,
         class: CompactString,
         attributes: Option<&RawValue>,
         place: Place,
@@ -264,7 +264,7 @@ impl<'a, 'c> Features<'a, 'c> {
         if !self.problems.is_empty() {
             let fate = if lost { "; left out" } else { "" };
             let what = self.problems.join("; ") + fate;
-            self.collector.warn(Some(&id), place, what);
+            self.collector.warn(Some(id), place, what);
             self.problems.clear();
         }
     }
