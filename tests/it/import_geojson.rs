@@ -332,6 +332,15 @@ fn a_crs_behind_the_features_is_warned_of() {
 }
 
 #[test]
+fn a_second_array_of_features_is_warned_of() {
+    let imported = import_content("x.geojson", b"{\"features\":[],\n\"features\":[]}");
+    assert_warnings(
+        &imported.unwrap(),
+        &[("", "line 2, column 1", "a second array")],
+    );
+}
+
+#[test]
 fn damaged_files_never_panic() {
     for name in [
         "collection.geojson",

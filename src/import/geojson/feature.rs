@@ -195,7 +195,7 @@ impl<'a, 'c> Features<'a, 'c> {
             }
         };
         let mut last = None;
-        for &position in &self.rings.positions {
+        for &position in self.rings.corners() {
             let vertex = self.system.place(position, ground);
             self.shape.vertex(vertex);
             if vertex.is_finite() {

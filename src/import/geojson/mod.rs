@@ -123,6 +123,10 @@ fn rest(stream: &mut Splitter, features: &mut Features, head: &Head) -> Result<(
         let (key, value) = stream.member(0)?;
         let end = stream.value_end(value)?;
         tail.note(&key, stream.text(value, end)?);
+        if key == "features" {
+            let what = "a second array of `features` is ignored; join them";
+            features.collector.warn(None, stream.place(0), what);
+        }
         stream.consume(end);
         next = stream.next(0, b'}')?;
     }

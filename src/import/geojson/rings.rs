@@ -108,17 +108,26 @@ impl Rings {
     /// Triangles of the flat polygons, or of the prisms over them: per polygon of k corners and
     /// h holes k + 2h − 2 for each of the two lids, and 2k for the walls.
     pub(super) fn triangles(&self, extruded: bool) -> u64 {
-        let corners: Vec<u64> = self.rings().map(corners).collect();
+        let mut rings = self.rings();
         let mut start = 0;
         let mut triangles = 0;
         for &end in &self.polygon_ends {
-            let count: u64 = corners[start..end].iter().sum();
-            let holes = (end - start - 1) as u64;
-            let lid = (count + 2 * holes).saturating_sub(2);
-            triangles += if extruded { 2 * lid + 2 * count } else { lid };
+            let corners: usize = rings
+                .by_ref()
+                .take(end - start)
+                .map(|r| corners(r).len())
+                .sum();
+            let holes = end - start - 1;
+            let lid = (corners + 2 * holes).saturating_sub(2);
+            triangles += if extruded { 2 * lid + 2 * corners } else { lid };
             start = end;
         }
-        triangles
+        triangles as u64
+    }
+
+    /// All positions but those that only close a ring.
+    pub(super) fn corners(&self) -> impl Iterator<Item = &[f64; 3]> {
+        self.rings().flat_map(corners)
     }
 }
 
@@ -126,9 +135,9 @@ fn is_closed(ring: &[[f64; 3]]) -> bool {
     ring.len() > 1 && ring.first().map(|p| [p[0], p[1]]) == ring.last().map(|p| [p[0], p[1]])
 }
 
-/// Corners of a ring, the closing one not counted again.
-fn corners(ring: &[[f64; 3]]) -> u64 {
-    (ring.len() - usize::from(is_closed(ring))) as u64
+/// The ring without the position that only closes it.
+fn corners(ring: &[[f64; 3]]) -> &[[f64; 3]] {
+    &ring[..ring.len() - usize::from(is_closed(ring))]
 }
 
 fn has_three_points(ring: &[[f64; 3]]) -> bool {

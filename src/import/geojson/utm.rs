@@ -103,7 +103,7 @@ impl Utm {
         }
     }
 
-    fn cell(&mut self, column: i32, row: i32) -> [[[f64; 2]; 3]; 3] {
+    fn cell(&mut self, column: i32, row: i32) -> &[[[f64; 2]; 3]; 3] {
         let slot =
             (column as u32).wrapping_add((row as u32).wrapping_mul(61)) as usize & (CELLS_KEPT - 1);
         if self.cells[slot].key != (column, row) {
@@ -117,7 +117,7 @@ impl Utm {
                 nodes,
             };
         }
-        self.cells[slot].nodes
+        &self.cells[slot].nodes
     }
 
     fn exactly(&self, longitude: f64, latitude: f64) -> [f64; 2] {
