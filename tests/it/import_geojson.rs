@@ -3,10 +3,10 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use citylod::import::{ImportError, Imported, Options, Place, import};
+use citylod::import::{ImportError, Imported, Options, import};
 
 use crate::written::{
-    assert_malformed, assert_warnings, damage, fixture, import_content, import_one, real, summary,
+    SQUARE, assert_warnings, feature, fixture, import_content, import_one, real, summary,
 };
 
 fn city(name: &str) -> Imported {
@@ -20,14 +20,6 @@ fn ids(imported: &Imported) -> Vec<&str> {
         .iter()
         .map(|o| o.id.as_str())
         .collect()
-}
-
-const SQUARE: &str = "[[1000,0],[1010,0],[1010,10],[1000,10],[1000,0]]";
-
-fn feature(properties: &str, coordinates: &str) -> String {
-    format!(
-        r#"{{"type":"Feature","id":"f","properties":{properties},"geometry":{{"type":"Polygon","coordinates":{coordinates}}}}}"#
-    )
 }
 
 #[test]
@@ -164,97 +156,6 @@ fn the_height_named_by_the_caller_is_taken() {
 }
 
 #[test]
-fn unusable_files_are_refused_at_their_place() {
-    let line = Place::Line;
-    let whole = feature("{}", &format!("[{SQUARE}]"));
-    let half = &whole[..whole.len() / 2];
-    for (text, place, words) in [
-        ("", line(1, 1), "empty"),
-        ("\n \n", line(3, 1), "empty"),
-        ("kml", line(1, 1), "expected a GeoJSON object"),
-        ("[]", line(1, 1), "expected a GeoJSON object"),
-        ("{}", line(1, 1), "\"\" is no type of GeoJSON"),
-        (
-            "{\"type\":\"Topology\"}",
-            line(1, 1),
-            "\"Topology\" is no type",
-        ),
-        (
-            "{\"type\":\"FeatureCollection\"}",
-            line(1, 1),
-            "without an array of `features`",
-        ),
-        (
-            "{\"type\":\"FeatureCollection\",\"features\":{}}",
-            line(1, 1),
-            "without an array",
-        ),
-        ("{\"features\":[\n{},\n]}", line(2, 3), "trailing comma"),
-        (
-            "{\"features\":[\n{} {}]}",
-            line(2, 4),
-            "expected `,` or `]`",
-        ),
-        ("{\"features\":[\n{}\n", line(3, 1), "cut off"),
-        (
-            "{\"features\":[] \"a\":1}",
-            line(1, 16),
-            "expected `,` or `}`",
-        ),
-        ("{\"features\" []}", line(1, 13), "expected `:`"),
-        ("{features:[]}", line(1, 2), "a member name in quotes"),
-        (
-            "{\"features\":[{\"a\":\nNaN}]}",
-            line(2, 1),
-            "expected value",
-        ),
-        ("{\"features\":[{\"a\":\n[1,2}]}", line(2, 5), "expected"),
-        (
-            "{\"features\":[]}x",
-            line(1, 16),
-            "expected a GeoJSON object",
-        ),
-        (
-            "{\"features\":[{\"a\":\"\\x\"}]}",
-            line(1, 21),
-            "invalid escape",
-        ),
-        (
-            "{\"features\":[{\"a\":\"\u{1}\"}]}",
-            line(1, 19),
-            "control character",
-        ),
-        (half, line(1, half.len() + 1), "cut off"),
-    ] {
-        assert_malformed("x.geojson", text, &place, words);
-    }
-    let refused = import_content("x.geojson", b"{\"features\":[\n{\"a\":\"\xff\"}]}");
-    let Err(ImportError::Malformed { place, reason, .. }) = refused else {
-        panic!("{refused:?}");
-    };
-    assert_eq!((place, reason.contains("UTF-8")), (line(2, 7), true));
-}
-
-#[test]
-fn deep_nesting_does_not_overflow_the_stack() {
-    let deep = format!("{}{}", "[".repeat(500_000), "]".repeat(500_000));
-    let imported = import_content("x.geojson", feature("{}", &deep).as_bytes()).unwrap();
-    assert_warnings(
-        &imported,
-        &[("f", "line 1, column 1", "not those of a Polygon")],
-    );
-    let mut nested = String::from(r#"{"type":"Point","coordinates":[]}"#);
-    for _ in 0..5000 {
-        nested = format!(r#"{{"type":"GeometryCollection","geometries":[{nested}]}}"#);
-    }
-    let refused = import_content("x.geojson", nested.as_bytes());
-    assert!(
-        matches!(refused, Err(ImportError::Malformed { .. })),
-        "{refused:?}"
-    );
-}
-
-#[test]
 fn ids_of_any_kind_survive() {
     let square = format!("[{SQUARE}]");
     let base = feature(r#"{"h":1}"#, &square);
@@ -338,40 +239,6 @@ fn a_second_array_of_features_is_warned_of() {
         &imported.unwrap(),
         &[("", "line 2, column 1", "a second array")],
     );
-}
-
-#[test]
-fn damaged_files_never_panic() {
-    for name in [
-        "collection.geojson",
-        "metres.geojson",
-        "records.geojsons",
-        "lines.geojsonl",
-        "doubtful.geojson",
-    ] {
-        damage(&fixture(&format!("geojson/{name}")), 1500);
-    }
-}
-
-#[test]
-fn an_absurdly_large_feature_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("x.geojson.gz");
-    let file = std::fs::File::create(&path).unwrap();
-    let mut packer = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
-    packer.write_all(b"{\"features\":[{\"type\":\"").unwrap();
-    let megabyte = vec![b'x'; 1 << 20];
-    for _ in 0..300 {
-        packer.write_all(&megabyte).unwrap();
-    }
-    packer.write_all(b"\"}]}").unwrap();
-    packer.finish().unwrap();
-    let refused = import_one(&path, &Options::default());
-    let Err(ImportError::Malformed { place, reason, .. }) = refused else {
-        panic!("{refused:?}");
-    };
-    assert_eq!(place, Place::Line(1, 14));
-    assert!(reason.contains("more than 268435456 bytes"), "{reason}");
 }
 
 /// Writes features of 1 MB of coordinates each.

@@ -1,3 +1,4 @@
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use citylod::import::{ImportError, Imported, Options, Place, import};
@@ -8,10 +9,26 @@ pub fn fixture(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// The text of a `CityJSON` document with one building, `b1`.
+pub fn solid() -> String {
+    std::fs::read_to_string(fixture("cityjson/solid.city.json")).unwrap()
+}
+
+/// A footprint of 10 m × 10 m.
+pub const SQUARE: &str = "[[1000,0],[1010,0],[1010,10],[1000,10],[1000,0]]";
+
+/// A feature `f` with a polygon.
+pub fn feature(properties: &str, coordinates: &str) -> String {
+    format!(
+        r#"{{"type":"Feature","id":"f","properties":{properties},"geometry":{{"type":"Polygon","coordinates":{coordinates}}}}}"#
+    )
+}
+
 /// A file of the real cities, if they are at hand.
 pub fn real(name: &str) -> Option<PathBuf> {
     let Some(folder) = std::env::var_os("CITYLOD_DATA") else {
-        println!("skipped: CITYLOD_DATA is not set");
+        // Not by `eprintln!`, which the test harness keeps to itself.
+        let _ = writeln!(std::io::stderr(), "skipped: CITYLOD_DATA is not set");
         return None;
     };
     Some(Path::new(&folder).join(name))

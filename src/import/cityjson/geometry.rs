@@ -77,7 +77,7 @@ impl Objects {
             self.city_object(root, member, &mut tally, collector);
         }
         if self.shape.not_finite() > 0 {
-            let what = format!("{} vertices not finite; left out", self.shape.not_finite());
+            let what = format!("vertices not finite: {}; left out", self.shape.not_finite());
             warn(root, root.pointer(), what, collector);
         }
         if root.class.is_none() {

@@ -176,6 +176,20 @@ mod tests {
         }
     }
 
+    /// The CN Tower, the usual example: zone 17, 630 084 m east, 4 833 438 m north.
+    #[test]
+    fn a_known_place_is_where_it_is_known_to_be() {
+        let (lon, lat) = (-79.387_139, 43.642_567);
+        let zone = Zone::of(lon, lat);
+        assert_eq!(zone.crs(), "EPSG:32617");
+        let Ok(mut utm) = Utm::new(zone) else {
+            unreachable!("every zone has a projection");
+        };
+        let [x, y] = utm.project(lon, lat);
+        assert!((x - 630_084.0).abs() < 1.0, "{x}");
+        assert!((y - 4_833_438.0).abs() < 1.0, "{y}");
+    }
+
     #[test]
     fn zones() {
         for (lon, lat, crs) in [
