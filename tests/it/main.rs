@@ -7,6 +7,12 @@
 )]
 #![allow(missing_docs, reason = "tests are not an interface")]
 
+/// Broken `CityJSON` and `GeoJSON`: what is said of it and where, and that nothing panics.
+mod import_broken_json;
+/// `CityJSON`: what each fixture and each real city comes to.
+mod import_cityjson;
+/// `GeoJSON`: the same, and that memory does not follow the file.
+mod import_geojson;
 /// glTF and GLB become the objects, bounds and attributes that the file states.
 mod import_gltf;
 /// A broken glTF file is refused with the place at fault, whatever the bytes, and never panics.
@@ -21,3 +27,5 @@ mod retrieval;
 mod support;
 /// The sources keep the layer table and the house rules.
 mod tidy;
+/// Files that a test writes, damages and imports.
+mod written;
