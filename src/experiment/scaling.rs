@@ -71,13 +71,10 @@ fn measure(scene: &Scene, progress: &Progress) -> Result<Row, ReportError> {
     at("building with rstar");
     let (rstar_build_s, rstar) = seconds(|| rstar_tree(&tree));
 
-    let lod = RangeLod::new(
-        FAR_DIST_M,
-        2.5,
-        tree.level_count(),
-        crate::lod::Beyond::Show,
-    )
-    .unwrap_or_default();
+    let lod = |far_dist| {
+        RangeLod::new(far_dist, 2.5, tree.level_count(), Beyond::Show).unwrap_or_default()
+    };
+    let (usual, dense) = (lod(FAR_DIST_M), lod(DENSE_FAR_DIST_M));
     let views = city::level_views(&tree, PLACES)?;
     let mut selection = Selection::default();
     let mut per_view: Vec<[f64; 12]> = Vec::new();
