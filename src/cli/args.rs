@@ -73,6 +73,10 @@ pub(super) struct GenerateArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "each is a flag of the command line"
+)]
 pub(super) struct InfoArgs {
     /// The city
     pub file: PathBuf,

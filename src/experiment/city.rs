@@ -30,6 +30,16 @@ pub(super) fn from_file(path: &Path) -> Result<LodTree, ReportError> {
     Ok(index::build(&imported.scene, Promotion::default())?)
 }
 
+/// A city's name in tables: that of its file, without what tells the format.
+pub(super) fn name(path: &Path) -> String {
+    let name = path
+        .file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy();
+    let end = name.find('.').filter(|&dot| dot > 0).unwrap_or(name.len());
+    name[..end].to_owned()
+}
+
 /// Level views a little above the roofs, from `places` places about the densest part in four
 /// directions each: "the viewpoint close to the ground, the line of sight level" (Gong, 2.3).
 pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, ReportError> {

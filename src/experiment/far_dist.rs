@@ -5,6 +5,8 @@
 //! of a node, and the number grows like (D + s)² with s the node size: by less than 2.25 until D
 //! is much larger than s. A bounded city saturates. The model is fitted and s reported.
 
+use std::fmt::Write as _;
+
 use serde_json::json;
 
 use super::city::{self, GONG_OBJECTS};
@@ -42,11 +44,7 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
     }
     for path in &options.cities {
         progress(&path.display().to_string());
-        let name = path
-            .file_name()
-            .unwrap_or(path.as_os_str())
-            .to_string_lossy();
-        cities.push(measure(name.into_owned(), &city::from_file(path)?)?);
+        cities.push(measure(city::name(path), &city::from_file(path)?)?);
     }
     report(&cities)
 }
@@ -113,7 +111,8 @@ fn report(cities: &[City]) -> Result<Report, ReportError> {
             ]);
         }
         let mean_ratio = city.mean_ratio();
-        text += &format!(
+        let _ = write!(
+            text,
             "\n{} ({} objects): mean ratio {mean_ratio:.2}, exponent {exponent:.2}, s = {:.0} m, \
              R2 = {:.4}",
             city.name,
@@ -137,7 +136,8 @@ fn report(cities: &[City]) -> Result<Report, ReportError> {
             points: city.counts.clone(),
             reference: false,
         });
-        let (first, count) = city.counts[0];
+    }
+    if let Some(&(first, count)) = cities.last().and_then(|city| city.counts.first()) {
         series.push(Series {
             name: "theory: far_dist²".into(),
             points: FAR_DISTS_M

@@ -60,8 +60,10 @@ fn draw<'a>(
         .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
     chart
         .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(RGBColor(225, 225, 225))
+        .light_line_style(RGBColor(238, 238, 238))
+        .bold_line_style(RGBColor(215, 215, 215))
+        .x_labels(12)
+        .y_labels(12)
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 16))
         .x_desc(labels.x)

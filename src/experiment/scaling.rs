@@ -20,6 +20,7 @@ const PLACES: u32 = 4;
 const FAR_DIST_M: f64 = 1000.0;
 /// Wide enough that large cities show tens of thousands of objects.
 const DENSE_FAR_DIST_M: f64 = 4000.0;
+const DIST_FACTOR: f64 = 2.5;
 const SAMPLES: usize = 7;
 /// Baselines take up to a fifth of a second a call.
 const BASELINE_SAMPLES: usize = 3;
@@ -72,7 +73,7 @@ fn measure(scene: &Scene, progress: &Progress) -> Result<Row, ReportError> {
     let (rstar_build_s, rstar) = seconds(|| rstar_tree(&tree));
 
     let lod = |far_dist| {
-        RangeLod::new(far_dist, 2.5, tree.level_count(), Beyond::Show).unwrap_or_default()
+        RangeLod::new(far_dist, DIST_FACTOR, tree.level_count(), Beyond::Show).unwrap_or_default()
     };
     let (usual, dense) = (lod(FAR_DIST_M), lod(DENSE_FAR_DIST_M));
     let views = city::level_views(&tree, PLACES)?;
@@ -213,49 +214,73 @@ fn select_with_rstar(rstar: &RTree<RstarObject>, view: &View) -> Vec<u32> {
     found
 }
 
-fn report(rows: &[Row]) -> Result<Report, ReportError> {
-    let table = rows.iter().map(|row| {
+impl Row {
+    fn cells(&self) -> Vec<String> {
         vec![
-            row.objects.to_string(),
-            format!("{:.2}", row.build_s),
-            format!("{:.2}", row.rstar_build_s),
-            format!("{:.3}", row.open_ms),
-            format!("{:.0}", row.visible),
-            format!("{:.1}", row.retrieve_us),
-            format!("{:.2}", row.ns_per_visible),
-            format!("{:.1}", row.copy_us),
-            format!("{:.0}", row.dense_visible),
-            format!("{:.1}", row.dense_us),
-            format!("{:.2}", row.dense_ns_per_visible),
-            format!("{:.0}", row.linear_us),
-            format!("{:.0}", row.linear_us / row.retrieve_us),
-            format!("{:.0}", row.full_visible),
-            format!("{:.1}", row.full_us),
-            format!("{:.0}", row.rstar_us),
-            format!("{:.0}", row.rstar_ratio),
+            self.objects.to_string(),
+            format!("{:.2}", self.build_s),
+            format!("{:.2}", self.rstar_build_s),
+            format!("{:.3}", self.open_ms),
+            format!("{:.0}", self.visible),
+            format!("{:.1}", self.retrieve_us),
+            format!("{:.2}", self.ns_per_visible),
+            format!("{:.1}", self.copy_us),
+            format!("{:.0}", self.dense_visible),
+            format!("{:.1}", self.dense_us),
+            format!("{:.2}", self.dense_ns_per_visible),
+            format!("{:.0}", self.linear_us),
+            format!("{:.0}", self.linear_us / self.retrieve_us),
+            format!("{:.0}", self.full_visible),
+            format!("{:.1}", self.full_us),
+            format!("{:.0}", self.rstar_us),
+            format!("{:.0}", self.rstar_ratio),
         ]
-    });
-    let records = rows.iter().map(|row| {
+    }
+
+    fn record(&self) -> serde_json::Value {
         json!({
-            "objects": row.objects,
-            "build_s": row.build_s,
-            "rstar_build_s": row.rstar_build_s,
-            "open_ms": row.open_ms,
-            "bytes": row.bytes,
-            "visible": row.visible,
-            "retrieve_us": row.retrieve_us,
-            "ns_per_visible": row.ns_per_visible,
-            "copy_us": row.copy_us,
-            "dense_visible": row.dense_visible,
-            "dense_us": row.dense_us,
-            "dense_ns_per_visible": row.dense_ns_per_visible,
-            "linear_us": row.linear_us,
-            "full_visible": row.full_visible,
-            "full_us": row.full_us,
-            "rstar_us": row.rstar_us,
-            "rstar_over_full": row.rstar_ratio,
+            "objects": self.objects,
+            "build_s": self.build_s,
+            "rstar_build_s": self.rstar_build_s,
+            "open_ms": self.open_ms,
+            "bytes": self.bytes,
+            "visible": self.visible,
+            "retrieve_us": self.retrieve_us,
+            "ns_per_visible": self.ns_per_visible,
+            "copy_us": self.copy_us,
+            "dense_visible": self.dense_visible,
+            "dense_us": self.dense_us,
+            "dense_ns_per_visible": self.dense_ns_per_visible,
+            "linear_us": self.linear_us,
+            "full_visible": self.full_visible,
+            "full_us": self.full_us,
+            "rstar_us": self.rstar_us,
+            "rstar_over_full": self.rstar_ratio,
         })
-    });
+    }
+}
+
+const COLUMNS: [&str; 17] = [
+    "objects",
+    "build_s",
+    "rstar_build_s",
+    "open_ms",
+    "visible",
+    "retrieve_us",
+    "ns_per_visible",
+    "copy_us",
+    "dense_visible",
+    "dense_us",
+    "dense_ns_per_visible",
+    "linear_us",
+    "linear/retrieve",
+    "full_visible",
+    "full_us",
+    "rstar_us",
+    "rstar/full",
+];
+
+fn report(rows: &[Row]) -> Result<Report, ReportError> {
     let series = |name: &str, reference: bool, value: fn(&Row) -> f64| Series {
         name: name.into(),
         points: rows
@@ -279,38 +304,25 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
         ],
     )?;
     let parameters = json!({
-        "far_dist_m": FAR_DIST_M, "dense_far_dist_m": DENSE_FAR_DIST_M, "dist_factor": 2.5, "views": PLACES * 4, "samples": SAMPLES,
+        "far_dist_m": FAR_DIST_M,
+        "dense_far_dist_m": DENSE_FAR_DIST_M,
+        "dist_factor": DIST_FACTOR,
+        "views": PLACES * 4,
+        "samples": SAMPLES,
     });
+    let views = PLACES * 4;
     Ok(Report {
         name: "scaling",
         text: format!(
-            "Medians over {} level views. retrieve: far_dist {FAR_DIST_M} m, dist_factor 2.5, all \
-             levels; dense: far_dist {DENSE_FAR_DIST_M} m.\nlinear: test every box. full: everything in the frustum, as rstar selects \
-             it.\nbuild and rstar_build: from objects in memory to a tree.",
-            PLACES * 4
+            "Medians over {views} level views, dist_factor {DIST_FACTOR}, all levels.\n\
+             retrieve: far_dist {FAR_DIST_M} m; dense: far_dist {DENSE_FAR_DIST_M} m.\n\
+             linear: test every box. full: everything in the frustum, as rstar selects it.\n\
+             build and rstar_build: from objects in memory to a tree."
         ),
-        columns: vec![
-            "objects",
-            "build_s",
-            "rstar_build_s",
-            "open_ms",
-            "visible",
-            "retrieve_us",
-            "ns_per_visible",
-            "copy_us",
-            "dense_visible",
-            "dense_us",
-            "dense_ns_per_visible",
-            "linear_us",
-            "linear/retrieve",
-            "full_visible",
-            "full_us",
-            "rstar_us",
-            "rstar/full",
-        ],
-        rows: table.collect(),
+        columns: COLUMNS.to_vec(),
+        rows: rows.iter().map(Row::cells).collect(),
         json: json!({
-            "rows": records.collect::<Vec<_>>(),
+            "rows": rows.iter().map(Row::record).collect::<Vec<_>>(),
             "circumstances": circumstances(&parameters),
         }),
         svg,

@@ -93,7 +93,11 @@ fn capacity(height: usize) -> usize {
 }
 
 fn height(objects: usize) -> usize {
-    (0..).find(|&h| capacity(h) >= objects).unwrap_or_default()
+    let mut height = 0;
+    while capacity(height) < objects {
+        height += 1;
+    }
+    height
 }
 
 /// Children of a node over so many objects, as few as hold them.
