@@ -6,3 +6,4 @@ pub mod import;
 pub mod index;
 pub mod lod;
 pub mod scene;
+pub mod service;
