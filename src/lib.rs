@@ -1,6 +1,7 @@
 //! Which objects of a 3D city should be drawn for this camera, at what detail, and how wrong is
 //! the answer?
 
+pub mod cli;
 pub mod geom;
 pub mod import;
 pub mod index;

@@ -126,6 +126,12 @@ impl Aabb {
             .length_squared()
     }
 
+    /// Distance from `point` to the nearest point of the box, m; 0 inside. Monotone as
+    /// [`Aabb::distance_squared`] is.
+    pub fn distance(&self, point: DVec3) -> f64 {
+        self.distance_squared(point).sqrt()
+    }
+
     /// `[min x, min y, min z, max x, max y, max z]`.
     pub fn to_array(self) -> [f64; 6] {
         [

@@ -3,10 +3,12 @@
 //! Metres, z up, right-handed. Knows nothing of ids, files or levels of detail.
 
 mod aabb;
+mod filter;
 mod frustum;
 mod view;
 
 pub use aabb::{Aabb, AabbError};
+pub use filter::{Eight, EightDistances, EightRelations, Filter, Lanes, PlaneSet, Threshold};
 pub use frustum::{Frustum, Plane, Relation};
 pub use glam::{DMat4, DQuat, DVec2, DVec3};
 pub use view::{DepthRange, Orientation, PixelScale, Projection, View, ViewError};

@@ -3,7 +3,9 @@
 //! Knows nothing of file formats, trees or cameras.
 
 mod canonical;
+mod generate;
 mod object;
 
 pub use canonical::Renamed;
+pub use generate::{CityParams, generate};
 pub use object::{Scene, SceneObject};

@@ -1,0 +1,24 @@
+# The version the API test is written against.
+SCHEMATHESIS := 4.32.5
+
+.PHONY: run test bench
+
+run: # serves the built-in demo city
+	cargo run --release -- serve
+
+test: .venv/schemathesis-$(SCHEMATHESIS)
+	cargo test --tests --examples
+	cargo test --doc
+
+bench:
+	cargo bench
+
+# Without python3 there is nothing to install, and the API test says that it is skipped.
+.venv/schemathesis-$(SCHEMATHESIS):
+	@if ! command -v python3 >/dev/null; then \
+		echo "SKIPPED: the API test with schemathesis needs python3"; \
+	else \
+		python3 -m venv .venv && \
+		.venv/bin/pip install --quiet --disable-pip-version-check schemathesis==$(SCHEMATHESIS) && \
+		touch $@; \
+	fi

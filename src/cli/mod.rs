@@ -1,0 +1,3 @@
+//! What was typed → one call.
+
+pub mod glb;
