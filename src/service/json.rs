@@ -40,7 +40,11 @@ fn explain<T: DeserializeOwned>(bytes: &[u8]) -> Problem {
         _ if out_of_range => Kind::InvalidRequest,
         _ => Kind::MalformedJson,
     };
-    let pointer = match detail.strip_prefix("missing field `") {
+    // Of these the path names the object that should have the member once.
+    let member = ["missing field `", "duplicate field `"]
+        .iter()
+        .find_map(|prefix| detail.strip_prefix(prefix));
+    let pointer = match member {
         Some(rest) => format!("{pointer}/{}", rest.trim_end_matches('`')),
         None => pointer,
     };
