@@ -2,11 +2,13 @@
 
 use std::fmt::Write as _;
 
-use crate::geom::Aabb;
+use crate::geom::{Aabb, DVec3};
 use crate::index::LodTree;
 
 /// Objects drawn: a preview, not a map.
 const MOST_OBJECTS: u32 = 5_000;
+/// Boxes of nodes drawn beneath them, as the ground they stand on.
+const MOST_DISTRICTS: u32 = 4_000;
 /// Side of the picture, its own units.
 const SIDE: f64 = 1000.0;
 /// Below this an object would not be seen, same units.
@@ -28,6 +30,11 @@ pub fn draw(tree: &LodTree) -> String {
         return svg;
     }
     let frame = Frame::around(&bounds);
+    svg.push_str("<path class=\"ground\" d=\"");
+    for district in districts(tree) {
+        frame.rectangle(&mut svg, &district);
+    }
+    svg.push_str("\"/>");
     let mut drawn: Vec<Aabb> = sample(tree).filter_map(|o| tree.bounds_of(o)).collect();
     // Tall ones last, on top.
     drawn.sort_by(|a, b| a.size().z.total_cmp(&b.size().z));
@@ -53,12 +60,28 @@ pub fn draw(tree: &LodTree) -> String {
 const STYLE: &str = "<style>\
 .h0{fill:#cfd8e3}.h1{fill:#b3c4d9}.h2{fill:#92aecd}.h3{fill:#6f95bf}\
 .h4{fill:#4c7aae}.h5{fill:#2f5f99}.h6{fill:#1c447c}.h7{fill:#e4572e}\
+.ground{fill:#eef1f5}\
 .bar{stroke:#33415c;stroke-width:3;fill:none}\
 .label{fill:#33415c;font:500 22px system-ui,sans-serif}\
 @media (prefers-color-scheme:dark){\
 .h0{fill:#27364c}.h1{fill:#2f4564}.h2{fill:#39587f}.h3{fill:#466f9f}\
 .h4{fill:#5a8cc0}.h5{fill:#7cabd8}.h6{fill:#a9cdec}.h7{fill:#ff9a5c}\
-.bar{stroke:#c7d2e3}.label{fill:#c7d2e3}}</style>";
+.ground{fill:#182333}.bar{stroke:#c7d2e3}.label{fill:#c7d2e3}}</style>";
+
+/// Boxes of the finest level of nodes that has not too many.
+fn districts(tree: &LodTree) -> Vec<Aabb> {
+    let arrays = tree.arrays();
+    let levels = arrays.level_nodes.windows(2).rev();
+    let nodes = levels
+        .map(|level| level[0]..level[1])
+        .find(|nodes| nodes.len() <= MOST_DISTRICTS as usize)
+        .unwrap_or(0..0);
+    let corners = arrays.nodes.exact;
+    nodes
+        .filter_map(|node| corners.get(node as usize))
+        .map(|c| Aabb::around([DVec3::new(c[0], c[1], c[2]), DVec3::new(c[3], c[4], c[5])]))
+        .collect()
+}
 
 /// Objects from the top of the level order: whole levels while they fit, then every n-th of the
 /// next, so that no district is left out.
