@@ -2,6 +2,7 @@
 //! the answer?
 
 pub mod cli;
+pub mod experiment;
 pub mod geom;
 pub mod import;
 pub mod index;

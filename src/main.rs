@@ -1,2 +1,5 @@
 //! The `citylod` command.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    citylod::cli::run()
+}

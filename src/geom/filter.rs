@@ -32,11 +32,25 @@ pub type Lanes = u8;
 /// A set of planes of a frustum, bit i for plane i.
 pub type PlaneSet = u8;
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct FilterPlane {
     normal: [f32; 3],
     offset: f32,
     slack: f32,
+    /// Lanes of the corner farthest along the normal.
+    farthest: [usize; 3],
+    /// Lanes of the opposite corner.
+    nearest: [usize; 3],
+}
+
+impl FilterPlane {
+    /// Signed distances, scaled by the normal's length, of the corners in `lanes`.
+    #[inline]
+    fn values(&self, boxes: &Eight, lanes: [usize; 3]) -> f32x8 {
+        (0..3).fold(f32x8::splat(self.offset), |sum, axis| {
+            sum + f32x8::from(*boxes[lanes[axis]]) * f32x8::splat(self.normal[axis])
+        })
+    }
 }
 
 /// A frustum and an eye as seen by the boxes of one tree.
@@ -48,14 +62,12 @@ pub struct Filter {
     distance_error: f64,
 }
 
-/// How eight boxes lie to a frustum.
+/// How eight boxes lie to some planes of a frustum.
 #[derive(Debug, Clone, Copy)]
 pub struct EightRelations {
     /// Certainly outside.
     pub outside: Lanes,
-    /// Certainly not outside.
-    pub touching: Lanes,
-    /// Certainly inside all planes that were looked at.
+    /// Certainly inside all the planes looked at.
     pub inside: Lanes,
     /// Certainly inside each plane.
     inside_plane: [Lanes; Frustum::MAX_PLANES],
@@ -64,12 +76,11 @@ pub struct EightRelations {
 
 impl EightRelations {
     /// The planes that box `lane` is not known to be inside of.
+    #[inline]
     pub fn open_planes(&self, lane: u32) -> PlaneSet {
-        let mut open = 0;
-        for plane in 0..Frustum::MAX_PLANES {
-            open |= (!self.inside_plane[plane] >> lane & 1) << plane;
-        }
-        open & self.looked_at
+        planes(self.looked_at).fold(0, |open, plane| {
+            open | ((!self.inside_plane[plane] >> lane) & 1) << plane
+        })
     }
 }
 
@@ -98,11 +109,7 @@ impl Filter {
             .abs()
             .max((extent.min() - origin).abs());
         let eye = frustum.eye() - origin;
-        let mut planes = [FilterPlane {
-            normal: [0.0; 3],
-            offset: 0.0,
-            slack: 0.0,
-        }; Frustum::MAX_PLANES];
+        let mut planes = [FilterPlane::default(); Frustum::MAX_PLANES];
         for (filter, plane) in planes.iter_mut().zip(frustum.planes()) {
             let offset = plane.offset - plane.normal.dot(eye);
             let cancelled = plane.normal.abs().dot(eye.abs()) + plane.offset.abs();
@@ -111,10 +118,14 @@ impl Filter {
                 + 8.0 * f64::EPSILON * cancelled
                 + plane.offset_error
                 + f64::from(f32::MIN_POSITIVE);
+            let upper = plane.normal.cmpge(DVec3::ZERO);
+            let lane = |axis: usize, upper: bool| axis + if upper { 3 } else { 0 };
             *filter = FilterPlane {
                 normal: plane.normal.as_vec3().to_array(),
                 offset: offset as f32,
                 slack: (slack as f32).next_up(),
+                farthest: std::array::from_fn(|axis| lane(axis, upper.test(axis))),
+                nearest: std::array::from_fn(|axis| lane(axis, !upper.test(axis))),
             };
         }
         let largest = reach.max(eye.abs()).max_element();
@@ -142,39 +153,36 @@ impl Filter {
     #[inline]
     pub fn relations(&self, boxes: &Eight, set: PlaneSet) -> EightRelations {
         let mut outside = 0;
-        let mut touching = Lanes::MAX;
         let mut inside = Lanes::MAX;
         let mut inside_plane = [Lanes::MAX; Frustum::MAX_PLANES];
-        let mut rest = set;
-        while rest != 0 {
-            let index = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
+        for index in planes(set) {
             let plane = &self.planes[index];
             let slack = f32x8::splat(plane.slack);
-            let offset = f32x8::splat(plane.offset);
-            let mut farthest = offset;
-            let mut nearest = offset;
-            for axis in 0..3 {
-                let n = f32x8::splat(plane.normal[axis]);
-                let low = f32x8::from(*boxes[axis]) * n;
-                let high = f32x8::from(*boxes[axis + 3]) * n;
-                // The corner farther along the normal, whichever way it points.
-                let positive = plane.normal[axis] >= 0.0;
-                farthest += if positive { high } else { low };
-                nearest += if positive { low } else { high };
-            }
-            outside |= lanes(farthest.simd_lt(-slack));
-            touching &= lanes(farthest.simd_gt(slack));
-            inside_plane[index] = lanes(nearest.simd_gt(slack));
+            outside |= lanes(plane.values(boxes, plane.farthest).simd_lt(-slack));
+            inside_plane[index] = lanes(plane.values(boxes, plane.nearest).simd_gt(slack));
             inside &= inside_plane[index];
         }
         EightRelations {
             outside,
-            touching,
             inside,
             inside_plane,
             looked_at: set,
         }
+    }
+
+    /// Boxes certainly outside one of the planes in `set`, and boxes certainly not.
+    #[inline]
+    pub fn outside_or_touching(&self, boxes: &Eight, set: PlaneSet) -> (Lanes, Lanes) {
+        let mut outside = f32x8::ZERO;
+        let mut touching = f32x8::ZERO.simd_eq(f32x8::ZERO);
+        for index in planes(set) {
+            let plane = &self.planes[index];
+            let slack = f32x8::splat(plane.slack);
+            let farthest = plane.values(boxes, plane.farthest);
+            outside |= farthest.simd_lt(-slack);
+            touching &= farthest.simd_gt(slack);
+        }
+        (lanes(outside), lanes(touching))
     }
 
     /// Distances to the nearest points of the boxes.
@@ -270,6 +278,16 @@ impl EightDistances {
     pub fn not_nearer(&self, threshold: &Threshold) -> Lanes {
         lanes(self.nearest.simd_gt(f32x8::splat(threshold.above)))
     }
+}
+
+/// The planes of a set, by number.
+#[inline]
+fn planes(mut set: PlaneSet) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let plane = set.trailing_zeros() as usize;
+        set &= set.wrapping_sub(1);
+        (plane < Frustum::MAX_PLANES).then_some(plane)
+    })
 }
 
 #[inline]

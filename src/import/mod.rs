@@ -1,6 +1,6 @@
 //! City files → one [`Scene`] and the warnings that came up on the way.
 //!
-//! Each format is one file of the same shape: `read(&Source, &Options, &mut Collector)`. It hands
+//! Each format is one module of the same shape: `read(&Source, &Options, &mut Collector)`. It hands
 //! over objects one by one and never sees another file's. An unusable file is an
 //! [`ImportError`]; bad geometry in a usable file is a [`Warning`] that names the object.
 //!
@@ -8,9 +8,11 @@
 
 mod cityjson;
 mod collector;
+mod crs;
 mod error;
 mod geojson;
 mod gltf;
+mod json;
 mod obj;
 mod shape;
 mod source;

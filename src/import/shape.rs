@@ -1,7 +1,8 @@
 //! From the vertices of one object to what is kept of it.
 
 use compact_str::CompactString;
-use geo::{Area, ConvexHull, Coord, MultiPoint, Point};
+use geo::convex_hull::quick_hull;
+use geo::{Area, Coord, Polygon};
 use serde_json::value::RawValue;
 
 use crate::geom::{Aabb, DVec3};
@@ -13,6 +14,8 @@ pub(super) struct Shape {
     vertices: Vec<DVec3>,
     triangles: u64,
     not_finite: usize,
+    /// Room for the vertices seen from above.
+    ground: Vec<Coord>,
 }
 
 impl Shape {
@@ -42,7 +45,7 @@ impl Shape {
 
     /// The object with this geometry; `None` when there is not one finite vertex.
     pub(super) fn object(
-        &self,
+        &mut self,
         id: CompactString,
         class: CompactString,
         attributes: Option<Box<RawValue>>,
@@ -60,17 +63,17 @@ impl Shape {
 
     /// Area of the convex hull on the ground, m². Taken relative to a corner of the bounds, so
     /// that large coordinates lose no digits.
-    fn footprint_area(&self, corner: DVec3) -> f64 {
-        let points: Vec<Point> = self
-            .vertices
-            .iter()
-            .map(|v| {
-                Point(Coord {
-                    x: v.x - corner.x,
-                    y: v.y - corner.y,
-                })
-            })
-            .collect();
-        MultiPoint::new(points).convex_hull().unsigned_area()
+    fn footprint_area(&mut self, corner: DVec3) -> f64 {
+        self.ground.clear();
+        self.ground.extend(self.vertices.iter().map(|v| Coord {
+            x: v.x - corner.x,
+            y: v.y - corner.y,
+        }));
+        // A wall has its lower and upper corners above each other: half the points are repeats,
+        // and the hull costs more per point than sorting does.
+        self.ground
+            .sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        self.ground.dedup();
+        Polygon::new(quick_hull(&mut self.ground), Vec::new()).unsigned_area()
     }
 }

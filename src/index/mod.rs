@@ -14,6 +14,7 @@ mod hierarchy;
 mod image;
 mod pack;
 mod promotion;
+mod replace;
 mod tree;
 mod validate;
 
@@ -21,6 +22,7 @@ pub use edit::CityTree;
 pub use envelope::{Candidate, LodEnvelope};
 pub use error::{BuildError, FileError};
 pub use promotion::Promotion;
+pub use replace::replace_file;
 pub use tree::{Arrays, Boxes, LodTree, Object};
 pub use validate::{Violation, validate};
 

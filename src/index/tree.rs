@@ -14,6 +14,7 @@ use super::error::FileError;
 use super::file::{Damage, Section, VERSION, lane_stride};
 use super::image::{Image, Refusal};
 use super::pack::box_of;
+use super::replace::replace_file;
 use super::{Promotion, validate};
 use crate::geom::{Aabb, DVec3};
 use crate::scene::SceneObject;
@@ -67,18 +68,31 @@ impl Meta {
 /// Boxes twice: f32 lanes for eight at a time, and exactly.
 #[derive(Debug, Clone, Copy)]
 pub struct Boxes<'a> {
-    lanes: &'a [f32],
-    stride: usize,
+    lanes: [&'a [f32]; 6],
     /// Exact corners: min x, y, z, max x, y, z in scene coordinates.
     pub exact: &'a [[f64; 6]],
 }
 
 impl<'a> Boxes<'a> {
-    /// One coordinate (min x, y, z, max x, y, z) of boxes `at .. at + 8`, relative to
-    /// [`LodTree::origin`] and rounded outward. Past the last box it is padding.
-    pub fn eight(&self, lane: usize, at: usize) -> Option<&'a [f32; 8]> {
-        let start = lane * self.stride + at;
-        self.lanes.get(start..start + 8)?.try_into().ok()
+    fn new(lanes: &'a [f32], exact: &'a [[f64; 6]], count: u32) -> Self {
+        let stride = lane_stride(count);
+        Self {
+            lanes: std::array::from_fn(|lane| {
+                lanes
+                    .get(lane * stride..(lane + 1) * stride)
+                    .unwrap_or_default()
+            }),
+            exact,
+        }
+    }
+
+    /// Boxes `at .. at + 8` as lanes min x, y, z, max x, y, z, relative to [`LodTree::origin`]
+    /// and rounded outward. Past the last box it is padding.
+    #[inline]
+    pub fn eight(&self, at: u32) -> Option<[&'a [f32; 8]; 6]> {
+        let from = at as usize;
+        let lane = |lane: usize| self.lanes[lane].get(from..)?.first_chunk();
+        Some([lane(0)?, lane(1)?, lane(2)?, lane(3)?, lane(4)?, lane(5)?])
     }
 }
 
@@ -253,10 +267,8 @@ impl LodTree {
     pub fn arrays(&self) -> Arrays<'_> {
         let levels: &[u32] = self.image.slice(Section::Levels);
         let (level_nodes, level_objects) = levels.split_at(levels.len() / 2);
-        let boxes = |lanes, exact, count| Boxes {
-            lanes: self.image.slice(lanes),
-            stride: lane_stride(count),
-            exact: self.image.slice(exact),
+        let boxes = |lanes, exact, count| {
+            Boxes::new(self.image.slice(lanes), self.image.slice(exact), count)
         };
         Arrays {
             children: self.image.slice(Section::Children),
@@ -310,6 +322,13 @@ impl LodTree {
             .map(|place| order[place])
     }
 
+    /// The place of an object's class in [`LodTree::classes`].
+    pub fn class_number(&self, object: u32) -> Option<usize> {
+        let classes: &[u32] = self.image.slice(Section::Classes);
+        let class = *classes.get(object as usize)? as usize;
+        (class < self.meta.classes.len()).then_some(class)
+    }
+
     /// Exact bounds of an object.
     pub fn bounds_of(&self, object: u32) -> Option<Aabb> {
         self.arrays()
@@ -330,7 +349,7 @@ impl LodTree {
     /// Everything known of an object; `None` past the last one.
     pub fn object(&self, object: u32) -> Option<Object<'_>> {
         let at = object as usize;
-        let class = *self.image.slice::<u32>(Section::Classes).get(at)? as usize;
+        let class = self.class_number(object)?;
         Some(Object {
             id: self.id(object)?,
             class: self.meta.classes.get(class)?,
@@ -368,27 +387,4 @@ fn refused(path: &Path, refusal: Refusal) -> FileError {
             reason,
         },
     }
-}
-
-/// Replaces `path` by what `write` writes, or leaves it as it was.
-fn replace_file(
-    path: &Path,
-    write: impl FnOnce(&mut File) -> std::io::Result<()>,
-) -> std::io::Result<()> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".citylod-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
-    }
-    let mut temporary = builder.tempfile_in(folder)?;
-    write(temporary.as_file_mut())?;
-    temporary.as_file().sync_all()?;
-    temporary.persist(path)?;
-    Ok(())
 }

@@ -164,7 +164,9 @@ impl Check<'_> {
         for (what, boxes) in [("node", a.nodes), ("object", a.objects)] {
             for (i, exact) in boxes.exact.iter().enumerate() {
                 for lane in 0..6 {
-                    let stored = boxes.eight(lane, i).map_or(f32::NAN, |eight| eight[0]);
+                    let stored = boxes
+                        .eight(i as u32)
+                        .map_or(f32::NAN, |eight| eight[lane][0]);
                     let wanted = exact[lane] - origin[lane % 3];
                     let stored_wide = f64::from(stored);
                     let tight = if lane < 3 {

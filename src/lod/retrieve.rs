@@ -105,7 +105,7 @@ impl Traversal<'_> {
     }
 
     fn eight(&mut self, level: u32, first: u32, count: u32, planes: PlaneSet, parent_hidden: f32) {
-        let Some(boxes) = eight(&self.arrays.nodes, first) else {
+        let Some(boxes) = self.arrays.nodes.eight(first) else {
             return;
         };
         self.selection.stats.nodes_visited += count;
@@ -147,8 +147,7 @@ impl Traversal<'_> {
         if beyond != 0 {
             self.note_beyond(&boxes, &distances, beyond, parent_hidden);
         }
-        self.add_siblings(&siblings, wholes.iter().fold(0, |all, (set, _)| all | set));
-        self.descend(&siblings, &wholes);
+        self.take(&siblings, &wholes);
     }
 
     /// The boxes of `set` nearer than a threshold; what f32 leaves open is decided in f64.
@@ -164,9 +163,12 @@ impl Traversal<'_> {
         }
         let mut nearer = set & distances.nearer(threshold);
         let open = set & !nearer & !distances.not_nearer(threshold);
+        if open == 0 {
+            return nearer;
+        }
         for lane in bits(open) {
             if let Some(exact) = exact(&self.arrays.nodes, first + lane)
-                && exact.distance_squared(self.view.eye()) < threshold.distance * threshold.distance
+                && exact.distance(self.view.eye()) < threshold.distance
             {
                 nearer |= 1 << lane;
             }
@@ -206,66 +208,72 @@ impl Traversal<'_> {
         wholes
     }
 
-    /// Steps 3 and 5: adds the objects of the nodes kept, those of nodes that cross the frustum
-    /// one by one.
-    fn add_siblings(&mut self, siblings: &Siblings, whole: Lanes) {
-        let &Siblings { level, first, .. } = siblings;
-        let ranged = level < self.ranged_levels;
-        let added = if ranged { siblings.kept } else { whole };
-        // Where levels without a range lie above, nobody has added the representative.
-        let entering = level < self.root && level + 1 >= self.ranged_levels;
-        let mut rest = added;
+    /// Steps 3 to 6 for siblings in their order, which is that of their objects.
+    fn take(&mut self, siblings: &Siblings, wholes: &Wholes) {
+        let in_range = siblings.kept & siblings.inside & !siblings.nearer;
+        let mut rest = siblings.kept;
         while rest != 0 {
             let lane = rest.trailing_zeros();
-            if siblings.inside >> lane & 1 == 1 {
-                let run = (!(rest & siblings.inside) >> lane)
-                    .trailing_zeros()
-                    .min(8 - lane);
-                let nodes = first + lane..first + lane + run;
-                if entering {
-                    nodes.clone().for_each(|node| self.representative(node, 0));
-                }
-                self.add(level, &nodes);
-                rest &= !(((1_u16 << run) - 1) << lane) as Lanes;
+            let node = siblings.first + lane;
+            let run = if let Some(&(set, down_to)) = wholes.of(lane) {
+                let run = run_length(set, lane);
+                self.add_inside(siblings.level, &(node..node + run));
+                self.add_subtrees(siblings.level, node..node + run, down_to);
+                run
+            } else if in_range >> lane & 1 == 1 {
+                let run = run_length(in_range, lane);
+                self.add_inside(siblings.level, &(node..node + run));
+                run
             } else {
-                let node = first + lane;
-                let planes = siblings.relations.open_planes(lane);
-                if entering {
-                    self.representative(node, planes);
-                }
-                if let Some(own) = self.own(&(node..node + 1)) {
-                    self.add_tested(level, own, planes);
-                }
-                rest &= rest - 1;
-            }
+                self.take_one(siblings, lane);
+                1
+            };
+            rest &= !run_of(run, lane);
         }
     }
 
-    /// Steps 4 and 6: on to the children of the nodes nearer than their range.
-    fn descend(&mut self, siblings: &Siblings, wholes: &Wholes) {
-        let &Siblings { level, first, .. } = siblings;
-        let mut rest = siblings.nearer;
-        while rest != 0 {
-            let lane = rest.trailing_zeros();
-            let node = first + lane;
-            if let Some(&(set, down_to)) = wholes.of(lane) {
-                let run = (!(rest & set) >> lane).trailing_zeros().min(8 - lane);
-                self.add_subtrees(level, node..node + run, down_to);
-                rest &= !(((1_u16 << run) - 1) << lane) as Lanes;
-            } else {
-                let planes = siblings.relations.open_planes(lane);
-                if let Some(children) = self.children(level, &(node..node + 1)) {
-                    // A node without a range has added nothing, its own objects neither.
-                    let hidden = if level < self.ranged_levels {
-                        self.hidden(node)
-                    } else {
-                        f32::INFINITY
-                    };
-                    self.siblings(level - 1, children, planes, hidden);
-                }
-                rest &= rest - 1;
+    /// Steps 3 and 4, or 5 and 6, for a node whose children are looked at or which crosses the
+    /// frustum.
+    fn take_one(&mut self, siblings: &Siblings, lane: u32) {
+        let level = siblings.level;
+        let node = siblings.first + lane;
+        let planes = siblings.relations.open_planes(lane);
+        let ranged = level < self.ranged_levels;
+        if ranged && planes == 0 {
+            self.add_inside(level, &(node..node + 1));
+        } else if ranged {
+            if self.enters(level) {
+                self.representative(node, planes);
+            }
+            if let Some(own) = self.own(&(node..node + 1)) {
+                self.add_tested(level, own, planes);
             }
         }
+        if siblings.nearer >> lane & 1 == 1
+            && let Some(children) = self.children(level, &(node..node + 1))
+        {
+            // A node without a range has added nothing, its own objects neither.
+            let hidden = if ranged {
+                self.hidden(node)
+            } else {
+                f32::INFINITY
+            };
+            self.siblings(level - 1, children, planes, hidden);
+        }
+    }
+
+    /// Whether nobody above has added the representatives of nodes at this level: the levels
+    /// above have no range.
+    fn enters(&self, level: u32) -> bool {
+        level < self.root && level + 1 >= self.ranged_levels
+    }
+
+    /// Adds the objects of nodes inside the frustum.
+    fn add_inside(&mut self, level: u32, nodes: &Range<u32>) {
+        if self.enters(level) {
+            nodes.clone().for_each(|node| self.representative(node, 0));
+        }
+        self.add(level, nodes);
     }
 
     /// Adds everything below `nodes` that is stored at `down_to` or above.
@@ -345,10 +353,10 @@ impl Traversal<'_> {
             let mut rest = visible;
             while rest != 0 {
                 let lane = rest.trailing_zeros();
-                let run = (!rest >> lane).trailing_zeros().min(8 - lane);
+                let run = run_length(rest, lane);
                 let start = first + lane;
                 self.selection.add(level, start..start + run);
-                rest &= !(((1_u16 << run) - 1) << lane) as Lanes;
+                rest &= !run_of(run, lane);
             }
             first += count;
         }
@@ -356,16 +364,19 @@ impl Traversal<'_> {
 
     /// Which of eight objects are not outside; what f32 leaves open is decided in f64.
     fn visible(&self, first: u32, lanes: Lanes, planes: PlaneSet) -> Lanes {
-        let Some(boxes) = eight(&self.arrays.objects, first) else {
+        let Some(boxes) = self.arrays.objects.eight(first) else {
             return 0;
         };
-        let relations = self.filter.relations(&boxes, planes);
-        let mut visible = lanes & relations.touching;
-        for lane in bits(lanes & !relations.outside & !relations.touching) {
-            if exact(&self.arrays.objects, first + lane)
-                .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
-            {
-                visible |= 1 << lane;
+        let (outside, touching) = self.filter.outside_or_touching(&boxes, planes);
+        let mut visible = lanes & touching;
+        let open = lanes & !outside & !touching;
+        if open != 0 {
+            for lane in bits(open) {
+                if exact(&self.arrays.objects, first + lane)
+                    .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
+                {
+                    visible |= 1 << lane;
+                }
             }
         }
         visible
@@ -431,22 +442,19 @@ impl Wholes {
     }
 }
 
-fn eight<'a>(boxes: &Boxes<'a>, first: u32) -> Option<Eight<'a>> {
-    let at = first as usize;
-    Some([
-        boxes.eight(0, at)?,
-        boxes.eight(1, at)?,
-        boxes.eight(2, at)?,
-        boxes.eight(3, at)?,
-        boxes.eight(4, at)?,
-        boxes.eight(5, at)?,
-    ])
-}
-
 /// The exact box, where it is one.
 fn exact(boxes: &Boxes, at: u32) -> Option<Aabb> {
     let [x0, y0, z0, x1, y1, z1] = *boxes.exact.get(at as usize)?;
     Aabb::new(DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1)).ok()
+}
+
+/// How many lanes from `lane` on are in the set one after another.
+fn run_length(set: Lanes, lane: u32) -> u32 {
+    (!set >> lane).trailing_zeros().min(8 - lane)
+}
+
+fn run_of(length: u32, lane: u32) -> Lanes {
+    (((1_u16 << length) - 1) << lane) as Lanes
 }
 
 fn bits(set: Lanes) -> impl Iterator<Item = u32> {

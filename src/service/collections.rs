@@ -32,7 +32,7 @@ struct Collection<'a> {
     origin: [f64; 3],
     objects: u32,
     nodes: u32,
-    levels: Vec<Level>,
+    levels: Vec<Counts>,
     classes: Vec<&'a str>,
     promotion: &'static str,
     revision: String,
@@ -54,7 +54,7 @@ struct Spatial<'a> {
 
 /// What a level stores, level 0 (the finest) last.
 #[derive(Serialize)]
-struct Level {
+struct Counts {
     level: u32,
     nodes: u32,
     objects: u32,
@@ -71,7 +71,7 @@ impl<'a> Collection<'a> {
             .level_nodes
             .windows(2)
             .zip(arrays.level_objects.windows(2));
-        let levels = counts.enumerate().map(|(at, (nodes, objects))| Level {
+        let levels = counts.enumerate().map(|(at, (nodes, objects))| Counts {
             level: tree.level_count().saturating_sub(at as u32 + 1),
             nodes: nodes[1].saturating_sub(nodes[0]),
             objects: objects[1].saturating_sub(objects[0]),

@@ -16,8 +16,11 @@ use super::problem::{Kind, Problem};
 /// # Errors
 /// [`Problem`] with JSON pointer, line and column.
 pub fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
+    if let Ok(document) = serde_json::from_slice(bytes) {
+        return Ok(document);
+    }
     // Keeping track of the path costs time, so it is done only for what is refused.
-    serde_json::from_slice(bytes).map_err(|_| explain::<T>(bytes))
+    Err(explain::<T>(bytes))
 }
 
 fn explain<T: DeserializeOwned>(bytes: &[u8]) -> Problem {

@@ -13,7 +13,7 @@ use super::problem::Problem;
 use super::routes::Shared;
 use super::{OPENAPI, page};
 
-/// What OGC API documents call an OpenAPI description.
+/// What OGC API documents call an `OpenAPI` description.
 const OPENAPI_YAML: &str = "application/vnd.oai.openapi";
 
 #[derive(Serialize)]

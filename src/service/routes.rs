@@ -64,7 +64,7 @@ impl Verb {
 pub struct Route {
     /// How it is called.
     pub verb: Verb,
-    /// Where, with `{parameters}` as in OpenAPI.
+    /// Where, with `{parameters}` as in `OpenAPI`.
     pub path: &'static str,
     /// What it is for, in a few words.
     pub what: &'static str,

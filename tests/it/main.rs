@@ -2,10 +2,23 @@
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
-    reason = "a test that fails may panic"
+    clippy::print_stdout,
+    reason = "a test fails by panicking and says on its output what it skipped"
 )]
 #![allow(missing_docs, reason = "tests are not an interface")]
 
+/// Broken `CityJSON` and `GeoJSON`: what is said of it and where, and that nothing panics.
+mod import_broken_json;
+/// `CityJSON`: what each fixture and each real city comes to.
+mod import_cityjson;
+/// `GeoJSON`: the same, and that memory does not follow the file.
+mod import_geojson;
+/// glTF and GLB become the objects, bounds and attributes that the file states.
+mod import_gltf;
+/// A broken glTF file is refused with the place at fault, whatever the bytes, and never panics.
+mod import_gltf_malformed;
+/// OBJ becomes the objects and bounds that the file states; broken files name line and column.
+mod import_obj;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
 /// Retrieval against the transcription and against brute force.
@@ -16,3 +29,5 @@ mod service;
 mod support;
 /// The sources keep the layer table and the house rules.
 mod tidy;
+/// Files that a test writes, damages and imports.
+mod written;

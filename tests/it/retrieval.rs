@@ -157,6 +157,7 @@ fn full_detail_is_brute_force() {
         let mut rng = support::rng(1_000_000 + seed);
         let scene = support::scene(&mut rng);
         let tree = tree(&scene, Made::Bulk, Promotion::Tallest, &mut rng);
+        let tree_levels = tree.level_count();
         let camera = Camera::random(&mut rng, &tree.bounds());
         retrieve(
             &tree,
@@ -170,12 +171,12 @@ fn full_detail_is_brute_force() {
             if found.contains(&object) {
                 assert!(
                     !camera.sees_nothing_of(&bounds, MARGIN),
-                    "seed {seed}, {object}"
+                    "seed {seed}, {object} {bounds:?} {camera:?} {tree_levels}"
                 );
             } else {
                 assert!(
                     camera.sees_nothing_of(&bounds, -MARGIN),
-                    "seed {seed}, {object}"
+                    "seed {seed}, {object} {bounds:?} {camera:?} {tree_levels}"
                 );
             }
         }

@@ -58,6 +58,10 @@ pub struct Camera {
     pub near: Option<f64>,
     /// `Some(None)` was given as null.
     #[serde(default, deserialize_with = "given")]
+    #[expect(
+        clippy::option_option,
+        reason = "null is a value, and beside a matrix even that is wrong"
+    )]
     pub far: Option<Option<f64>>,
 }
 

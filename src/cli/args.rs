@@ -1,0 +1,218 @@
+//! The command line, as typed and checked.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::geom::DVec3;
+use crate::import::Up;
+use crate::index::Promotion;
+
+/// Which objects of a 3D city to draw for a camera, and at what detail.
+#[derive(Debug, Parser)]
+#[command(name = "citylod", version, about, propagate_version = true)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Turn city files (glTF, GLB, OBJ, CityJSON, CityJSONSeq, GeoJSON; also gzipped) into a .citylod
+    Import(ImportArgs),
+    /// Make a city up: streets, blocks, a downtown, suburbs, parks with trees
+    Generate(GenerateArgs),
+    /// Tell what a .citylod holds
+    Info(InfoArgs),
+    /// Find the objects a camera calls for
+    Query(QueryArgs),
+    /// Measure and plot: far-dist, scaling or all
+    Experiment(ExperimentArgs),
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct ImportArgs {
+    /// Files of one city; formats may differ
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Where to write the city
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Axis that points up [default: y for glTF, z for OBJ]
+    #[arg(long)]
+    pub up: Option<UpArg>,
+    /// What makes an object stand for its neighbours
+    #[arg(long, default_value = "tallest")]
+    pub promote: PromoteArg,
+    /// CityJSON level of detail to take, such as 1.2 [default: the highest of each object]
+    #[arg(long)]
+    pub lod: Option<String>,
+    /// GeoJSON property with the height in metres [default: height, measuredHeight, …]
+    #[arg(long)]
+    pub height: Option<String>,
+    /// Warnings to show; the rest are counted
+    #[arg(long, default_value_t = 20)]
+    pub warnings: usize,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct GenerateArgs {
+    /// How many objects
+    #[arg(long, default_value_t = 23_951, value_parser = clap::value_parser!(u32).range(..=100_000_000))]
+    pub objects: u32,
+    /// The same seed gives the same city
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Where to write it: .citylod or .glb
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// What makes an object stand for its neighbours
+    #[arg(long, default_value = "tallest")]
+    pub promote: PromoteArg,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct InfoArgs {
+    /// The city
+    pub file: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Check every invariant of the tree; fails when one is broken
+    #[arg(long)]
+    pub check: bool,
+    /// One JSON object a line for each object
+    #[arg(long, conflicts_with_all = ["nodes", "json"])]
+    pub objects: bool,
+    /// One JSON object a line for each node
+    #[arg(long, conflicts_with = "json")]
+    pub nodes: bool,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub(super) struct QueryArgs {
+    /// The city
+    pub file: PathBuf,
+    /// Where the camera stands: x,y,z
+    #[arg(long, allow_hyphen_values = true)]
+    pub eye: PointArg,
+    /// Where it looks at: x,y,z
+    #[arg(long, allow_hyphen_values = true)]
+    pub target: PointArg,
+    /// Full vertical angle of view, degrees
+    #[arg(long, default_value_t = 60.0)]
+    pub fov: f64,
+    /// Picture size, pixels
+    #[arg(long, default_value = "1920x1080")]
+    pub size: SizeArg,
+    /// Farthest distance of the finest level, m; `inf` for everything in view
+    #[arg(long, default_value_t = 500.0)]
+    pub far_dist: f64,
+    /// Ratio of the far distances of neighbouring levels
+    #[arg(long, default_value_t = 2.5)]
+    pub dist_factor: f64,
+    /// Levels that have a range
+    #[arg(long, default_value_t = 4)]
+    pub levels: u32,
+    /// Past the last level: show or hide
+    #[arg(long, default_value = "show")]
+    pub beyond: BeyondArg,
+    /// As JSON, like the HTTP service
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct ExperimentArgs {
+    /// Which one
+    pub name: ExperimentArg,
+    /// Also write csv, svg and json into this folder
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// One JSON object instead of a table
+    #[arg(long)]
+    pub json: bool,
+    /// A city to look at beside the generated ones; may be given more than once
+    #[arg(long)]
+    pub city: Vec<PathBuf>,
+    /// Largest generated city, objects [default: 10000000]
+    #[arg(long)]
+    pub largest: Option<u32>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum ExperimentArg {
+    All,
+    FarDist,
+    Scaling,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum UpArg {
+    Y,
+    Z,
+}
+
+impl From<UpArg> for Up {
+    fn from(arg: UpArg) -> Self {
+        match arg {
+            UpArg::Y => Self::Y,
+            UpArg::Z => Self::Z,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum BeyondArg {
+    Show,
+    Hide,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum PromoteArg {
+    Tallest,
+    Footprint,
+    Largest,
+}
+
+impl From<PromoteArg> for Promotion {
+    fn from(arg: PromoteArg) -> Self {
+        match arg {
+            PromoteArg::Tallest => Self::Tallest,
+            PromoteArg::Footprint => Self::Footprint,
+            PromoteArg::Largest => Self::Largest,
+        }
+    }
+}
+
+/// `x,y,z`
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointArg(pub DVec3);
+
+impl FromStr for PointArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok([x, y, z]) => Ok(Self(DVec3::new(*x, *y, *z))),
+            _ => Err("expected three numbers with commas, such as 120,-35.5,1.7".into()),
+        }
+    }
+}
+
+/// `WIDTHxHEIGHT`
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SizeArg(pub [u32; 2]);
+
+impl FromStr for SizeArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split_once(['x', 'X'])
+            .and_then(|(w, h)| Some(Self([w.parse().ok()?, h.parse().ok()?])))
+            .ok_or_else(|| "expected width x height in pixels, such as 1920x1080".into())
+    }
+}

@@ -1,0 +1,148 @@
+use std::io::{self, BufWriter, Write};
+
+use anyhow::{Result, bail};
+use serde_json::json;
+
+use super::args::InfoArgs;
+use crate::geom::Aabb;
+use crate::index::LodTree;
+
+pub(super) fn run(args: &InfoArgs) -> Result<()> {
+    let tree = LodTree::open_verified(&args.file)?;
+    let mut out = BufWriter::new(io::stdout().lock());
+    if args.objects {
+        objects(&tree, &mut out)?;
+    } else if args.nodes {
+        nodes(&tree, &mut out)?;
+    } else if args.json {
+        writeln!(out, "{:#}", summary(args, &tree))?;
+    } else {
+        table(args, &tree, &mut out)?;
+    }
+    out.flush()?;
+    if args.check {
+        check(args, &tree)?;
+    }
+    Ok(())
+}
+
+fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
+    let violations = tree.validate();
+    for violation in &violations {
+        eprintln!("{}: {violation}", args.file.display());
+    }
+    if !violations.is_empty() {
+        bail!(
+            "{}: the tree is not sound; import the city again",
+            args.file.display()
+        );
+    }
+    eprintln!("{}: checked, sound", args.file.display());
+    Ok(())
+}
+
+fn summary(args: &InfoArgs, tree: &LodTree) -> serde_json::Value {
+    json!({
+        "file": args.file.display().to_string(),
+        "bytes": tree.byte_len(),
+        "revision": tree.revision(),
+        "crs": tree.crs(),
+        "objects": tree.object_count(),
+        "nodes": tree.node_count(),
+        "levels": tree.level_count(),
+        "promotion": tree.promotion(),
+        "bounds": bounds_json(&tree.bounds()),
+        "origin": tree.origin().to_array(),
+        "classes": class_counts(tree).into_iter().collect::<serde_json::Map<_, _>>(),
+        "effects": {},
+    })
+}
+
+fn bounds_json(bounds: &Aabb) -> serde_json::Value {
+    if bounds.is_empty() {
+        serde_json::Value::Null
+    } else {
+        json!(bounds.to_array())
+    }
+}
+
+fn class_counts(tree: &LodTree) -> Vec<(String, serde_json::Value)> {
+    let mut counts = vec![0_u64; tree.classes().len()];
+    for object in 0..tree.object_count() {
+        if let Some(class) = tree.class_number(object) {
+            counts[class] += 1;
+        }
+    }
+    let names = tree.classes().iter().map(ToString::to_string);
+    names.zip(counts.into_iter().map(Into::into)).collect()
+}
+
+fn table(args: &InfoArgs, tree: &LodTree, out: &mut impl Write) -> io::Result<()> {
+    let bounds = tree.bounds();
+    writeln!(out, "file       {}", args.file.display())?;
+    writeln!(out, "size       {} bytes", tree.byte_len())?;
+    writeln!(out, "revision   {}", tree.revision())?;
+    writeln!(out, "crs        {}", tree.crs().unwrap_or("not stated"))?;
+    writeln!(out, "objects    {}", tree.object_count())?;
+    for (class, count) in class_counts(tree) {
+        writeln!(out, "           {count:>9} {class}")?;
+    }
+    writeln!(out, "nodes      {}", tree.node_count())?;
+    let a = tree.arrays();
+    for level in (0..tree.level_count() as usize).rev() {
+        let at = tree.level_count() as usize - 1 - level;
+        writeln!(
+            out,
+            "  level {level:<2} {:>9} nodes {:>9} objects",
+            a.level_nodes[at + 1] - a.level_nodes[at],
+            a.level_objects[at + 1] - a.level_objects[at]
+        )?;
+    }
+    writeln!(out, "promotion  {:?}", tree.promotion())?;
+    if !bounds.is_empty() {
+        writeln!(out, "bounds     {} to {}", bounds.min(), bounds.max())?;
+        writeln!(out, "extent     {} m", bounds.size())?;
+    }
+    Ok(())
+}
+
+fn objects(tree: &LodTree, out: &mut impl Write) -> Result<()> {
+    for index in 0..tree.object_count() {
+        let Some(object) = tree.object(index) else {
+            bail!("object {index} cannot be read");
+        };
+        let line = json!({
+            "index": index,
+            "id": object.id,
+            "class": object.class,
+            "level": object.level,
+            "bounds": object.bounds.to_array(),
+        });
+        writeln!(out, "{line}")?;
+    }
+    Ok(())
+}
+
+fn nodes(tree: &LodTree, out: &mut impl Write) -> io::Result<()> {
+    let a = tree.arrays();
+    let inner = a.children.len().saturating_sub(1);
+    for level in 0..tree.level_count() as usize {
+        for node in a.level_nodes[level]..a.level_nodes[level + 1] {
+            let at = node as usize;
+            let children = if at < inner {
+                a.children[at]..a.children[at + 1]
+            } else {
+                0..0
+            };
+            let line = json!({
+                "node": node,
+                "level": tree.level_count() as usize - 1 - level,
+                "bounds": a.nodes.exact[at],
+                "objects": (a.own[at]..a.own[at + 1]).collect::<Vec<_>>(),
+                "children": children.collect::<Vec<_>>(),
+            });
+            writeln!(out, "{line}")?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! The cities experiments look at, and where they are looked at from.
+
+use std::path::Path;
+
+use super::ReportError;
+use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
+use crate::import;
+use crate::index::{self, LodTree, Promotion};
+use crate::scene::{CityParams, generate};
+
+/// As many objects as in Gong's test.
+pub(super) const GONG_OBJECTS: u32 = 23_951;
+pub(super) const SEED: u64 = 1;
+
+/// The tree of a generated city.
+pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
+    let scene = generate(&CityParams {
+        objects,
+        seed: SEED,
+    });
+    Ok(index::build(&scene, Promotion::default())?)
+}
+
+/// The tree of a city in a file: opened, or imported and built.
+pub(super) fn from_file(path: &Path) -> Result<LodTree, ReportError> {
+    if path.extension().is_some_and(|e| e == "citylod") {
+        return Ok(LodTree::open_verified(path)?);
+    }
+    let imported = import::import(&[path.to_owned()], &import::Options::default(), &|_, _| {})?;
+    Ok(index::build(&imported.scene, Promotion::default())?)
+}
+
+/// Level views a little above the roofs, from `places` places about the densest part in four
+/// directions each: "the viewpoint close to the ground, the line of sight level" (Gong, 2.3).
+pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, ReportError> {
+    const HEIGHT_M: f64 = 60.0;
+    /// The golden angle spreads places evenly without lining them up.
+    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+    let middle = densest(tree);
+    let size = tree.bounds().size();
+    let spread = size.x.min(size.y) * 0.06;
+    let depth = DepthRange {
+        near: 0.1,
+        far: None,
+    };
+    (0..places)
+        .flat_map(|place| {
+            let turn = f64::from(place) * GOLDEN_ANGLE;
+            let out = spread * (f64::from(place) / f64::from(places)).sqrt();
+            let eye = middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0);
+            let eye = eye.with_z(tree.bounds().min().z + HEIGHT_M);
+            (0..4).map(move |quarter| {
+                let heading = turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
+                let target = eye + DVec3::new(heading.cos(), heading.sin(), 0.0);
+                Ok(View::new(
+                    eye,
+                    Orientation::LookAt {
+                        target,
+                        up: DVec3::Z,
+                    },
+                    Projection::Perspective { fov_y_deg: 60.0 },
+                    depth,
+                    [1920, 1080],
+                )?)
+            })
+        })
+        .collect()
+}
+
+/// Median midpoint of the objects: a few far-off ones do not move it.
+fn densest(tree: &LodTree) -> DVec3 {
+    let exact = tree.arrays().objects.exact;
+    let step = exact.len().div_ceil(100_000).max(1);
+    let axis = |axis: usize| {
+        let middles = exact.iter().step_by(step);
+        super::timing::median(middles.map(|b| b[axis].midpoint(b[axis + 3])).collect())
+    };
+    DVec3::new(axis(0), axis(1), 0.0)
+}

@@ -1,0 +1,108 @@
+//! Plots in logarithmic axes, as SVG.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::ReportError;
+
+/// A line with its name.
+pub(super) struct Series {
+    pub name: String,
+    pub points: Vec<(f64, f64)>,
+    /// Drawn thin and without marks: theory, or a baseline.
+    pub reference: bool,
+}
+
+pub(super) struct Labels<'a> {
+    pub title: &'a str,
+    pub x: &'a str,
+    pub y: &'a str,
+}
+
+/// Colours that people with colour blindness can tell apart (Okabe and Ito, 2008).
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+
+/// Draws the series, both axes logarithmic.
+pub(super) fn log_log(labels: &Labels, series: &[Series]) -> Result<String, ReportError> {
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (860, 520)).into_drawing_area();
+    draw(&root, labels, series).map_err(|e| ReportError::Plot(e.to_string()))?;
+    drop(root);
+    Ok(svg)
+}
+
+type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+
+fn draw<'a>(
+    root: &DrawingArea<SVGBackend<'a>, Shift>,
+    labels: &Labels,
+    series: &[Series],
+) -> Result<(), DrawError<'a>> {
+    let range = |axis: fn(&(f64, f64)) -> f64| {
+        let values = series.iter().flat_map(|s| s.points.iter().map(axis));
+        let values = values.filter(|v| *v > 0.0 && v.is_finite());
+        let (low, high) = values.fold((f64::MAX, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+        low / 1.3..high * 1.3
+    };
+    root.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(root)
+        .caption(labels.title, ("sans-serif", 22))
+        .margin(16)
+        .x_label_area_size(46)
+        .y_label_area_size(78)
+        .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(RGBColor(225, 225, 225))
+        .label_style(("sans-serif", 14))
+        .axis_desc_style(("sans-serif", 16))
+        .x_desc(labels.x)
+        .y_desc(labels.y)
+        .x_label_formatter(&|v| short(*v))
+        .y_label_formatter(&|v| short(*v))
+        .draw()?;
+    for (line, colour) in series.iter().zip(COLOURS.iter().cycle()) {
+        let width = if line.reference { 1 } else { 3 };
+        let style = colour.stroke_width(width);
+        chart
+            .draw_series(LineSeries::new(line.points.iter().copied(), style))?
+            .label(&line.name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], style));
+        if !line.reference {
+            let marks = line
+                .points
+                .iter()
+                .map(|&p| Circle::new(p, 4, colour.filled()));
+            chart.draw_series(marks)?;
+        }
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
+        .label_font(("sans-serif", 14))
+        .background_style(WHITE.mix(0.9))
+        .border_style(RGBColor(200, 200, 200))
+        .draw()?;
+    root.present()
+}
+
+/// 1500 → 1.5k, 10000000 → 10M.
+fn short(value: f64) -> String {
+    let (scaled, unit) = match value {
+        v if v >= 1e9 => (v / 1e9, "G"),
+        v if v >= 1e6 => (v / 1e6, "M"),
+        v if v >= 1e3 => (v / 1e3, "k"),
+        v => (v, ""),
+    };
+    let text = format!("{scaled:.3}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    format!("{text}{unit}")
+}

@@ -1,0 +1,144 @@
+//! One flat record, several small writers.
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::geom::ViewError;
+use crate::import::ImportError;
+use crate::index::{BuildError, FileError};
+
+/// What an experiment found.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// Name of the experiment and of its files.
+    pub name: &'static str,
+    /// What was asked and what the table says, for people.
+    pub text: String,
+    /// Column heads of the table.
+    pub columns: Vec<&'static str>,
+    /// The table.
+    pub rows: Vec<Vec<String>>,
+    /// Everything, for programs.
+    pub json: Value,
+    /// The plot.
+    pub svg: String,
+}
+
+/// Why an experiment could not be run or kept.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A city cannot be imported.
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// A `.citylod` file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A tree cannot be built.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// A camera cannot stand where it should.
+    #[error("camera: {0}")]
+    View(#[from] ViewError),
+    /// A result cannot be written.
+    #[error("{}: cannot write: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A plot cannot be drawn.
+    #[error("cannot draw the plot: {0}")]
+    Plot(String),
+}
+
+impl Report {
+    /// The table with a heading, as people read it.
+    pub fn to_text(&self) -> String {
+        let width = |column: usize| {
+            let cells = self.rows.iter().map(|row| row[column].chars().count());
+            cells.fold(self.columns[column].chars().count(), usize::max)
+        };
+        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
+        let line = |cells: &mut dyn Iterator<Item = &str>| {
+            let padded = cells.zip(&widths).map(|(cell, &w)| format!("{cell:>w$}"));
+            padded.collect::<Vec<_>>().join("  ")
+        };
+        let mut out = format!("{}\n\n{}\n\n", self.name, self.text);
+        let _ = writeln!(out, "{}", line(&mut self.columns.iter().copied()));
+        let _ = writeln!(
+            out,
+            "{}",
+            "-".repeat(widths.iter().map(|w| w + 2).sum::<usize>() - 2)
+        );
+        for row in &self.rows {
+            let _ = writeln!(out, "{}", line(&mut row.iter().map(String::as_str)));
+        }
+        out
+    }
+
+    /// The table as comma-separated values.
+    pub fn to_csv(&self) -> String {
+        let mut out = self.columns.join(",") + "\n";
+        for row in &self.rows {
+            let cells = row.iter().map(|cell| {
+                if cell.contains([',', '"', '\n']) {
+                    format!("\"{}\"", cell.replace('"', "\"\""))
+                } else {
+                    cell.clone()
+                }
+            });
+            out += &(cells.collect::<Vec<_>>().join(",") + "\n");
+        }
+        out
+    }
+
+    /// Writes `NAME.csv`, `NAME.svg` and `NAME.json` into a folder, which is made if need be.
+    ///
+    /// # Errors
+    /// [`ReportError::Write`] naming the file.
+    pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
+        let write = |path: PathBuf, text: &str| {
+            std::fs::write(&path, text).map_err(|source| ReportError::Write { path, source })
+        };
+        std::fs::create_dir_all(folder).map_err(|source| ReportError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+        let file = |extension: &str| folder.join(format!("{}.{extension}", self.name));
+        write(file("csv"), &self.to_csv())?;
+        write(file("svg"), &self.svg)?;
+        write(file("json"), &format!("{:#}\n", self.json))
+    }
+}
+
+/// What every record carries, so that it can be repeated.
+pub(super) fn circumstances(parameters: &Value) -> Value {
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "seed": super::city::SEED,
+        "parameters": parameters,
+        "machine": {
+            "os": std::env::consts::OS,
+            "arch": std::env::consts::ARCH,
+            "threads": std::thread::available_parallelism().map_or(0, usize::from),
+            "debug_build": cfg!(debug_assertions),
+        },
+    })
+}
+
+/// A whole number with thousands apart, for tables.
+pub(super) fn thousands(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}

@@ -1,0 +1,299 @@
+//! What a retrieval costs against the number of objects, beside testing every box and beside
+//! rstar's own selection.
+
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
+use serde_json::json;
+
+use super::plot::{self, Labels, Series};
+use super::report::{circumstances, thousands};
+use super::timing::{median, median_us, seconds};
+use super::{Options, Progress, Report, ReportError, city};
+use crate::geom::View;
+use crate::index::{self, FileError, LodTree, Promotion};
+use crate::lod::{RangeLod, Selection, retrieve};
+use crate::scene::{CityParams, Scene, generate};
+
+const SIZES: [u32; 4] = [10_000, 100_000, 1_000_000, 10_000_000];
+const PLACES: u32 = 4;
+/// Wide enough that large cities show 10,000 objects.
+const FAR_DIST_M: f64 = 1700.0;
+const SAMPLES: usize = 7;
+/// Baselines take up to a fifth of a second a call.
+const BASELINE_SAMPLES: usize = 3;
+
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    objects: u32,
+    build_s: f64,
+    rstar_build_s: f64,
+    open_ms: f64,
+    bytes: usize,
+    visible: f64,
+    retrieve_us: f64,
+    ns_per_visible: f64,
+    copy_us: f64,
+    linear_us: f64,
+    full_visible: f64,
+    full_us: f64,
+    rstar_us: f64,
+    /// Median over the views of rstar's time by ours for the same answer.
+    rstar_ratio: f64,
+}
+
+pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, ReportError> {
+    let largest = options.largest.unwrap_or(u32::MAX);
+    let mut rows = Vec::new();
+    for objects in SIZES.into_iter().filter(|&n| n <= largest) {
+        progress(&format!(
+            "{} objects: generating",
+            thousands(objects.into())
+        ));
+        let seed = city::SEED;
+        let scene = generate(&CityParams { objects, seed });
+        rows.push(measure(&scene, progress)?);
+    }
+    report(&rows)
+}
+
+fn measure(scene: &Scene, progress: &Progress) -> Result<Row, ReportError> {
+    let objects = scene.objects.len() as u32;
+    let at = |what: &str| progress(&format!("{} objects: {what}", thousands(objects.into())));
+    at("building");
+    let (build_s, tree) = seconds(|| index::build(scene, Promotion::default()));
+    let tree = tree?;
+    let (open_ms, bytes) = open(&tree)?;
+    at("building with rstar");
+    let (rstar_build_s, rstar) = seconds(|| rstar_tree(&tree));
+
+    let lod = RangeLod::new(
+        FAR_DIST_M,
+        2.5,
+        tree.level_count(),
+        crate::lod::Beyond::Show,
+    )
+    .unwrap_or_default();
+    let views = city::level_views(&tree, PLACES)?;
+    let mut selection = Selection::default();
+    let mut per_view: Vec<[f64; 9]> = Vec::new();
+    for (i, view) in views.iter().enumerate() {
+        at(&format!("view {} of {}", i + 1, views.len()));
+        let retrieve_us = median_us(SAMPLES, || retrieve(&tree, view, &lod, &mut selection));
+        let visible = f64::from(selection.count());
+        let mut ids = Vec::new();
+        let copy_us = median_us(SAMPLES, || copy_ids(&tree, &selection, &mut ids));
+        let full = RangeLod::full_detail();
+        let full_us = median_us(SAMPLES, || retrieve(&tree, view, &full, &mut selection));
+        let full_visible = f64::from(selection.count());
+        let linear_us = median_us(BASELINE_SAMPLES, || test_every_box(&tree, view));
+        let rstar_us = median_us(BASELINE_SAMPLES, || select_with_rstar(&rstar, view));
+        per_view.push([
+            visible,
+            retrieve_us,
+            retrieve_us * 1e3 / visible,
+            copy_us,
+            linear_us,
+            full_visible,
+            full_us,
+            rstar_us,
+            rstar_us / full_us,
+        ]);
+    }
+    let middle = |column: usize| median(per_view.iter().map(|row| row[column]).collect());
+    Ok(Row {
+        objects,
+        build_s,
+        rstar_build_s,
+        open_ms,
+        bytes,
+        visible: middle(0),
+        retrieve_us: middle(1),
+        ns_per_visible: middle(2),
+        copy_us: middle(3),
+        linear_us: middle(4),
+        full_visible: middle(5),
+        full_us: middle(6),
+        rstar_us: middle(7),
+        rstar_ratio: middle(8),
+    })
+}
+
+/// Median time to open the tree from a file, and the file's size.
+fn open(tree: &LodTree) -> Result<(f64, usize), ReportError> {
+    let folder = tempfile::tempdir().map_err(|source| ReportError::Write {
+        path: std::env::temp_dir(),
+        source,
+    })?;
+    let path = folder.path().join("scaling.citylod");
+    tree.save(&path)?;
+    let runs: Result<Vec<f64>, FileError> = (0..SAMPLES)
+        .map(|_| {
+            let (s, opened) = seconds(|| LodTree::open(&path));
+            opened.map(|_| s * 1e3)
+        })
+        .collect();
+    Ok((median(runs?), tree.byte_len()))
+}
+
+fn copy_ids(tree: &LodTree, selection: &Selection, ids: &mut Vec<u8>) -> usize {
+    ids.clear();
+    for range in selection.ranges() {
+        ids.extend_from_slice(tree.ids_json(range.clone()));
+    }
+    ids.len()
+}
+
+/// The plainest test there is, for the baselines: no slack, out at the first plane.
+fn is_outside(view: &View, min: [f64; 3], max: [f64; 3]) -> bool {
+    let eye = view.eye().to_array();
+    view.frustum().planes().iter().any(|plane| {
+        let normal = plane.normal.to_array();
+        let farthest = |axis: usize| {
+            let corner = if normal[axis] >= 0.0 { max } else { min };
+            normal[axis] * (corner[axis] - eye[axis])
+        };
+        farthest(0) + farthest(1) + farthest(2) + plane.offset < 0.0
+    })
+}
+
+/// The baseline without a tree.
+fn test_every_box(tree: &LodTree, view: &View) -> Vec<u32> {
+    (0..)
+        .zip(tree.arrays().objects.exact)
+        .filter(|(_, [x0, y0, z0, x1, y1, z1])| !is_outside(view, [*x0, *y0, *z0], [*x1, *y1, *z1]))
+        .map(|(object, _)| object)
+        .collect()
+}
+
+type RstarObject = GeomWithData<Rectangle<[f64; 3]>, u32>;
+
+/// rstar as it comes: its default parameters, f64 boxes.
+fn rstar_tree(tree: &LodTree) -> RTree<RstarObject> {
+    let boxes = tree.arrays().objects.exact.iter();
+    let objects = boxes.zip(0..).map(|(&[x0, y0, z0, x1, y1, z1], object)| {
+        let rectangle = Rectangle::from_corners([x0, y0, z0], [x1, y1, z1]);
+        GeomWithData::new(rectangle, object)
+    });
+    RTree::bulk_load(objects.collect())
+}
+
+struct InFrustum<'a>(&'a View);
+
+impl InFrustum<'_> {
+    fn sees(&self, envelope: &AABB<[f64; 3]>) -> bool {
+        !is_outside(self.0, envelope.lower(), envelope.upper())
+    }
+}
+
+impl SelectionFunction<RstarObject> for InFrustum<'_> {
+    fn should_unpack_parent(&self, envelope: &AABB<[f64; 3]>) -> bool {
+        self.sees(envelope)
+    }
+
+    fn should_unpack_leaf(&self, leaf: &RstarObject) -> bool {
+        self.sees(&leaf.envelope())
+    }
+}
+
+fn select_with_rstar(rstar: &RTree<RstarObject>, view: &View) -> Vec<u32> {
+    let mut found = Vec::new();
+    for object in rstar.locate_with_selection_function(InFrustum(view)) {
+        found.push(object.data);
+    }
+    found
+}
+
+fn report(rows: &[Row]) -> Result<Report, ReportError> {
+    let table = rows.iter().map(|row| {
+        vec![
+            row.objects.to_string(),
+            format!("{:.2}", row.build_s),
+            format!("{:.2}", row.rstar_build_s),
+            format!("{:.3}", row.open_ms),
+            format!("{:.0}", row.visible),
+            format!("{:.1}", row.retrieve_us),
+            format!("{:.2}", row.ns_per_visible),
+            format!("{:.1}", row.copy_us),
+            format!("{:.0}", row.linear_us),
+            format!("{:.0}", row.linear_us / row.retrieve_us),
+            format!("{:.0}", row.full_visible),
+            format!("{:.1}", row.full_us),
+            format!("{:.0}", row.rstar_us),
+            format!("{:.0}", row.rstar_ratio),
+        ]
+    });
+    let records = rows.iter().map(|row| {
+        json!({
+            "objects": row.objects,
+            "build_s": row.build_s,
+            "rstar_build_s": row.rstar_build_s,
+            "open_ms": row.open_ms,
+            "bytes": row.bytes,
+            "visible": row.visible,
+            "retrieve_us": row.retrieve_us,
+            "ns_per_visible": row.ns_per_visible,
+            "copy_us": row.copy_us,
+            "linear_us": row.linear_us,
+            "full_visible": row.full_visible,
+            "full_us": row.full_us,
+            "rstar_us": row.rstar_us,
+            "rstar_over_full": row.rstar_ratio,
+        })
+    });
+    let series = |name: &str, reference: bool, value: fn(&Row) -> f64| Series {
+        name: name.into(),
+        points: rows
+            .iter()
+            .map(|r| (f64::from(r.objects), value(r)))
+            .collect(),
+        reference,
+    };
+    let labels = Labels {
+        title: "Time of one retrieval",
+        x: "objects in the city",
+        y: "microseconds",
+    };
+    let svg = plot::log_log(
+        &labels,
+        &[
+            series("retrieve with LOD", false, |r| r.retrieve_us),
+            series("retrieve all in the frustum", false, |r| r.full_us),
+            series("the same with rstar", true, |r| r.rstar_us),
+            series("test every box", true, |r| r.linear_us),
+        ],
+    )?;
+    let parameters = json!({
+        "far_dist_m": FAR_DIST_M, "dist_factor": 2.5, "views": PLACES * 4, "samples": SAMPLES,
+    });
+    Ok(Report {
+        name: "scaling",
+        text: format!(
+            "Medians over {} level views. retrieve: far_dist {FAR_DIST_M} m, dist_factor 2.5, all \
+             levels.\nlinear: test every box. full: everything in the frustum, as rstar selects \
+             it.\nbuild and rstar_build: from objects in memory to a tree.",
+            PLACES * 4
+        ),
+        columns: vec![
+            "objects",
+            "build_s",
+            "rstar_build_s",
+            "open_ms",
+            "visible",
+            "retrieve_us",
+            "ns_per_visible",
+            "copy_us",
+            "linear_us",
+            "linear/retrieve",
+            "full_visible",
+            "full_us",
+            "rstar_us",
+            "rstar/full",
+        ],
+        rows: table.collect(),
+        json: json!({
+            "rows": records.collect::<Vec<_>>(),
+            "circumstances": circumstances(&parameters),
+        }),
+        svg,
+    })
+}

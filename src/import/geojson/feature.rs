@@ -1,0 +1,279 @@
+use std::borrow::Cow;
+
+use compact_str::{CompactString, format_compact};
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::properties::{self, Height, Properties};
+use super::rings::{MULTI_POLYGON_DEPTH, POLYGON_DEPTH, Rings};
+use super::system::System;
+use crate::import::collector::Collector;
+use crate::import::shape::Shape;
+use crate::import::{ImportError, Options, Place};
+
+const CLASS: &str = "Building";
+
+/// A feature, or a geometry that stands for one.
+#[derive(Deserialize)]
+pub(super) struct Feature<'a> {
+    #[serde(rename = "type", borrow)]
+    kind: Option<Cow<'a, str>>,
+    #[serde(borrow)]
+    id: Option<&'a RawValue>,
+    #[serde(borrow)]
+    properties: Option<&'a RawValue>,
+    #[serde(borrow)]
+    geometry: Option<Geometry<'a>>,
+    #[serde(borrow)]
+    coordinates: Option<&'a RawValue>,
+    #[serde(borrow)]
+    geometries: Option<Vec<Geometry<'a>>>,
+}
+
+#[derive(Deserialize)]
+struct Geometry<'a> {
+    #[serde(rename = "type", borrow)]
+    kind: Cow<'a, str>,
+    #[serde(borrow)]
+    coordinates: Option<&'a RawValue>,
+    #[serde(borrow)]
+    geometries: Option<Vec<Geometry<'a>>>,
+}
+
+const GEOMETRIES: [&str; 7] = [
+    "Point",
+    "MultiPoint",
+    "LineString",
+    "MultiLineString",
+    "Polygon",
+    "MultiPolygon",
+    "GeometryCollection",
+];
+
+impl<'a> Feature<'a> {
+    /// `Err` with what it says to be, when that is neither a feature nor a geometry.
+    fn geometry(self) -> Result<Option<Geometry<'a>>, Option<Cow<'a, str>>> {
+        match self.kind {
+            Some(kind) if kind == "Feature" => Ok(self.geometry),
+            Some(kind) if GEOMETRIES.contains(&kind.as_ref()) => Ok(Some(Geometry {
+                kind,
+                coordinates: self.coordinates,
+                geometries: self.geometries,
+            })),
+            kind => Err(kind),
+        }
+    }
+}
+
+/// Why nothing was made of a value.
+pub(super) enum Rejected {
+    /// Its members have types they must not have.
+    Json(serde_json::Error),
+    /// It says to be this, which is neither a feature nor a geometry.
+    Kind(String),
+    Import(ImportError),
+}
+
+/// Makes an object of each feature of one file.
+pub(super) struct Features<'a, 'c> {
+    pub(super) options: &'a Options,
+    pub(super) collector: &'c mut Collector,
+    pub(super) system: System,
+    pub(super) count: usize,
+    rings: Rings,
+    shape: Shape,
+    problems: Vec<String>,
+}
+
+impl<'a, 'c> Features<'a, 'c> {
+    pub(super) fn new(options: &'a Options, collector: &'c mut Collector) -> Self {
+        Self {
+            options,
+            collector,
+            system: System::default(),
+            count: 0,
+            rings: Rings::default(),
+            shape: Shape::default(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// Hands over the object of a feature, or a warning that there is none.
+    pub(super) fn add(&mut self, text: &str, place: Place) -> Result<(), Rejected> {
+        let feature: Feature = serde_json::from_str(text).map_err(Rejected::Json)?;
+        let raw = feature.properties.filter(|p| p.get().starts_with('{'));
+        if raw.is_none() && feature.properties.is_some() {
+            self.problems
+                .push("its properties are no object; left out".into());
+        }
+        let height = self.options.height.as_deref();
+        let properties = match raw.map(|p| Properties::read(p.get(), height)) {
+            Some(read) => read.map_err(Rejected::Json)?,
+            None => Properties::default(),
+        };
+        let id = feature
+            .id
+            .and_then(properties::name)
+            .or_else(|| properties.id())
+            .unwrap_or_else(|| format_compact!("feature-{}", self.count));
+        let geometry = feature
+            .geometry()
+            .map_err(|kind| Rejected::Kind(kind.unwrap_or_default().into_owned()))?;
+        self.count += 1;
+        self.rings.clear();
+        match &geometry {
+            Some(geometry) => self.read_rings(geometry),
+            None => self.problems.push("it has no geometry".into()),
+        }
+        self.shape(&properties).map_err(Rejected::Import)?;
+        let class = properties
+            .class()
+            .unwrap_or(CompactString::const_new(CLASS));
+        self.hand_over(&id, class, raw, place);
+        Ok(())
+    }
+
+    /// Warns of a feature of which nothing can be read.
+    pub(super) fn leave_out(&mut self, place: Place, what: String) {
+        let id = format_compact!("feature-{}", self.count);
+        self.count += 1;
+        self.problems.clear();
+        self.collector.warn(Some(&id), place, what);
+    }
+
+    fn read_rings(&mut self, geometry: &Geometry) {
+        let depth = match geometry.kind.as_ref() {
+            "Polygon" => POLYGON_DEPTH,
+            "MultiPolygon" => MULTI_POLYGON_DEPTH,
+            "GeometryCollection" => {
+                for member in geometry.geometries.iter().flatten() {
+                    self.read_rings(member);
+                }
+                return;
+            }
+            other => {
+                let problem = format!("a {other} is no footprint and is not taken");
+                if !self.problems.contains(&problem) {
+                    self.problems.push(problem);
+                }
+                return;
+            }
+        };
+        let sound = geometry
+            .coordinates
+            .is_some_and(|c| self.rings.read(c.get(), depth));
+        if !sound {
+            self.problems.push(format!(
+                "its coordinates are not those of a {}: {depth} arrays nested around numbers",
+                geometry.kind
+            ));
+        }
+    }
+
+    /// The prism over the rings.
+    fn shape(&mut self, properties: &Properties) -> Result<(), ImportError> {
+        self.shape.clear();
+        let Some(&first) = self.rings.positions.first() else {
+            return Ok(());
+        };
+        self.system.settle(first, self.collector)?;
+        let (ground, highest) = self.heights_of_positions();
+        let height = properties.height(self.options.height.as_deref());
+        let extruded = matches!(height, Height::Metres(m) if m > 0.0);
+        let top = match height {
+            Height::Metres(height) => highest.max(ground + height),
+            // The positions themselves tell how high it is.
+            _ if highest > ground => highest,
+            Height::Missing => {
+                self.problems.push("no height; kept flat".into());
+                ground
+            }
+            Height::Unusable(name, value) => {
+                self.problems
+                    .push(format!("{name} is {value}, which is no height; kept flat"));
+                ground
+            }
+        };
+        let mut last = None;
+        for &position in self.rings.corners() {
+            let vertex = self.system.place(position, ground);
+            self.shape.vertex(vertex);
+            if vertex.is_finite() {
+                last = Some(vertex);
+            }
+        }
+        // One vertex carries the top: the others would only repeat the outline.
+        if let Some(vertex) = last.filter(|_| top > ground) {
+            self.shape.vertex(vertex.with_z(top));
+        }
+        self.shape.triangles(self.rings.triangles(extruded));
+        self.note_faults();
+        Ok(())
+    }
+
+    /// Lowest and highest z; 0 where no position has one.
+    fn heights_of_positions(&self) -> (f64, f64) {
+        let heights = self.rings.positions.iter().map(|p| p[2]);
+        let (low, high) = heights
+            .filter(|z| z.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| {
+                (low.min(z), high.max(z))
+            });
+        if low <= high { (low, high) } else { (0.0, 0.0) }
+    }
+
+    fn note_faults(&mut self) {
+        let faults = self.rings.faults();
+        for (count, what) in [
+            (faults.open, "not closed"),
+            (faults.degenerate, "of fewer than three distinct points"),
+        ] {
+            if count > 0 {
+                self.problems
+                    .push(format!("{} {what}", counted(count, "ring")));
+            }
+        }
+        for (count, what) in [
+            (self.rings.too_short, "of fewer than two numbers"),
+            (self.shape.not_finite(), "not finite or off the globe"),
+        ] {
+            if count > 0 {
+                self.problems
+                    .push(format!("{} {what}, left out", counted(count, "position")));
+            }
+        }
+    }
+
+    fn hand_over(
+        &mut self,
+        id: &CompactString,
+        class: CompactString,
+        attributes: Option<&RawValue>,
+        place: Place,
+    ) {
+        let object = self
+            .shape
+            .object(id.clone(), class, attributes.map(ToOwned::to_owned));
+        let lost = object.is_none();
+        if let Some(object) = object {
+            self.collector.object(object);
+        }
+        if lost && self.problems.is_empty() {
+            self.problems.push("it has no positions".into());
+        }
+        if !self.problems.is_empty() {
+            let fate = if lost { "; left out" } else { "" };
+            let what = self.problems.join("; ") + fate;
+            self.collector.warn(Some(id), place, what);
+            self.problems.clear();
+        }
+    }
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    if count == 1 {
+        format!("1 {noun}")
+    } else {
+        format!("{count} {noun}s")
+    }
+}
