@@ -137,7 +137,7 @@ fn nodes(tree: &LodTree, out: &mut impl Write) -> io::Result<()> {
             let line = json!({
                 "node": node,
                 "level": tree.level_count() as usize - 1 - level,
-                "bounds": a.nodes.exact[at],
+                "bounds": a.node_boxes[at],
                 "objects": (a.own[at]..a.own[at + 1]).collect::<Vec<_>>(),
                 "children": children.collect::<Vec<_>>(),
             });

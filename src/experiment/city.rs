@@ -69,7 +69,7 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
 
 /// Median midpoint of the objects: a few far-off ones do not move it.
 fn densest(tree: &LodTree) -> DVec3 {
-    let exact = tree.arrays().objects.exact;
+    let exact = tree.arrays().object_boxes;
     let step = exact.len().div_ceil(100_000).max(1);
     let axis = |axis: usize| {
         let middles = exact.iter().step_by(step);

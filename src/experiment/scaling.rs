@@ -11,13 +11,15 @@ use super::timing::{median, median_us, seconds};
 use super::{Options, Progress, Report, ReportError, city};
 use crate::geom::View;
 use crate::index::{self, FileError, LodTree, Promotion};
-use crate::lod::{RangeLod, Selection, retrieve};
+use crate::lod::{Beyond, RangeLod, Selection, retrieve};
 use crate::scene::{CityParams, Scene, generate};
 
 const SIZES: [u32; 4] = [10_000, 100_000, 1_000_000, 10_000_000];
 const PLACES: u32 = 4;
-/// Wide enough that large cities show 10,000 objects.
-const FAR_DIST_M: f64 = 1700.0;
+/// One of Gong's.
+const FAR_DIST_M: f64 = 1000.0;
+/// Wide enough that large cities show tens of thousands of objects.
+const DENSE_FAR_DIST_M: f64 = 4000.0;
 const SAMPLES: usize = 7;
 /// Baselines take up to a fifth of a second a call.
 const BASELINE_SAMPLES: usize = 3;
@@ -33,6 +35,9 @@ struct Row {
     retrieve_us: f64,
     ns_per_visible: f64,
     copy_us: f64,
+    dense_visible: f64,
+    dense_us: f64,
+    dense_ns_per_visible: f64,
     linear_us: f64,
     full_visible: f64,
     full_us: f64,
@@ -66,22 +71,21 @@ fn measure(scene: &Scene, progress: &Progress) -> Result<Row, ReportError> {
     at("building with rstar");
     let (rstar_build_s, rstar) = seconds(|| rstar_tree(&tree));
 
-    let lod = RangeLod::new(
-        FAR_DIST_M,
-        2.5,
-        tree.level_count(),
-        crate::lod::Beyond::Show,
-    )
-    .unwrap_or_default();
+    let lod = |far_dist| {
+        RangeLod::new(far_dist, 2.5, tree.level_count(), Beyond::Show).unwrap_or_default()
+    };
+    let (usual, dense) = (lod(FAR_DIST_M), lod(DENSE_FAR_DIST_M));
     let views = city::level_views(&tree, PLACES)?;
     let mut selection = Selection::default();
-    let mut per_view: Vec<[f64; 9]> = Vec::new();
+    let mut per_view: Vec<[f64; 12]> = Vec::new();
     for (i, view) in views.iter().enumerate() {
         at(&format!("view {} of {}", i + 1, views.len()));
-        let retrieve_us = median_us(SAMPLES, || retrieve(&tree, view, &lod, &mut selection));
+        let retrieve_us = median_us(SAMPLES, || retrieve(&tree, view, &usual, &mut selection));
         let visible = f64::from(selection.count());
         let mut ids = Vec::new();
         let copy_us = median_us(SAMPLES, || copy_ids(&tree, &selection, &mut ids));
+        let dense_us = median_us(SAMPLES, || retrieve(&tree, view, &dense, &mut selection));
+        let dense_visible = f64::from(selection.count());
         let full = RangeLod::full_detail();
         let full_us = median_us(SAMPLES, || retrieve(&tree, view, &full, &mut selection));
         let full_visible = f64::from(selection.count());
@@ -92,6 +96,9 @@ fn measure(scene: &Scene, progress: &Progress) -> Result<Row, ReportError> {
             retrieve_us,
             retrieve_us * 1e3 / visible,
             copy_us,
+            dense_visible,
+            dense_us,
+            dense_us * 1e3 / dense_visible,
             linear_us,
             full_visible,
             full_us,
@@ -110,11 +117,14 @@ fn measure(scene: &Scene, progress: &Progress) -> Result<Row, ReportError> {
         retrieve_us: middle(1),
         ns_per_visible: middle(2),
         copy_us: middle(3),
-        linear_us: middle(4),
-        full_visible: middle(5),
-        full_us: middle(6),
-        rstar_us: middle(7),
-        rstar_ratio: middle(8),
+        dense_visible: middle(4),
+        dense_us: middle(5),
+        dense_ns_per_visible: middle(6),
+        linear_us: middle(7),
+        full_visible: middle(8),
+        full_us: middle(9),
+        rstar_us: middle(10),
+        rstar_ratio: middle(11),
     })
 }
 
@@ -159,7 +169,7 @@ fn is_outside(view: &View, min: [f64; 3], max: [f64; 3]) -> bool {
 /// The baseline without a tree.
 fn test_every_box(tree: &LodTree, view: &View) -> Vec<u32> {
     (0..)
-        .zip(tree.arrays().objects.exact)
+        .zip(tree.arrays().object_boxes)
         .filter(|(_, [x0, y0, z0, x1, y1, z1])| !is_outside(view, [*x0, *y0, *z0], [*x1, *y1, *z1]))
         .map(|(object, _)| object)
         .collect()
@@ -169,7 +179,7 @@ type RstarObject = GeomWithData<Rectangle<[f64; 3]>, u32>;
 
 /// rstar as it comes: its default parameters, f64 boxes.
 fn rstar_tree(tree: &LodTree) -> RTree<RstarObject> {
-    let boxes = tree.arrays().objects.exact.iter();
+    let boxes = tree.arrays().object_boxes.iter();
     let objects = boxes.zip(0..).map(|(&[x0, y0, z0, x1, y1, z1], object)| {
         let rectangle = Rectangle::from_corners([x0, y0, z0], [x1, y1, z1]);
         GeomWithData::new(rectangle, object)
@@ -214,6 +224,9 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
             format!("{:.1}", row.retrieve_us),
             format!("{:.2}", row.ns_per_visible),
             format!("{:.1}", row.copy_us),
+            format!("{:.0}", row.dense_visible),
+            format!("{:.1}", row.dense_us),
+            format!("{:.2}", row.dense_ns_per_visible),
             format!("{:.0}", row.linear_us),
             format!("{:.0}", row.linear_us / row.retrieve_us),
             format!("{:.0}", row.full_visible),
@@ -233,6 +246,9 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
             "retrieve_us": row.retrieve_us,
             "ns_per_visible": row.ns_per_visible,
             "copy_us": row.copy_us,
+            "dense_visible": row.dense_visible,
+            "dense_us": row.dense_us,
+            "dense_ns_per_visible": row.dense_ns_per_visible,
             "linear_us": row.linear_us,
             "full_visible": row.full_visible,
             "full_us": row.full_us,
@@ -263,13 +279,13 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
         ],
     )?;
     let parameters = json!({
-        "far_dist_m": FAR_DIST_M, "dist_factor": 2.5, "views": PLACES * 4, "samples": SAMPLES,
+        "far_dist_m": FAR_DIST_M, "dense_far_dist_m": DENSE_FAR_DIST_M, "dist_factor": 2.5, "views": PLACES * 4, "samples": SAMPLES,
     });
     Ok(Report {
         name: "scaling",
         text: format!(
             "Medians over {} level views. retrieve: far_dist {FAR_DIST_M} m, dist_factor 2.5, all \
-             levels.\nlinear: test every box. full: everything in the frustum, as rstar selects \
+             levels; dense: far_dist {DENSE_FAR_DIST_M} m.\nlinear: test every box. full: everything in the frustum, as rstar selects \
              it.\nbuild and rstar_build: from objects in memory to a tree.",
             PLACES * 4
         ),
@@ -282,6 +298,9 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
             "retrieve_us",
             "ns_per_visible",
             "copy_us",
+            "dense_visible",
+            "dense_us",
+            "dense_ns_per_visible",
             "linear_us",
             "linear/retrieve",
             "full_visible",

@@ -24,7 +24,7 @@ const DISTANCE_SLACK: f64 = 8.0 / (1 << 24) as f64;
 const LARGEST: f64 = 1e18;
 
 /// Lanes of eight boxes: min x, y, z, max x, y, z.
-pub type Eight<'a> = [&'a [f32; 8]; 6];
+pub type Eight = [[f32; 8]; 6];
 
 /// A set of eight boxes, bit i for box i.
 pub type Lanes = u8;
@@ -34,21 +34,31 @@ pub type PlaneSet = u8;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct FilterPlane {
-    normal: [f32; 3],
-    offset: f32,
-    slack: f32,
-    /// Lanes of the corner farthest along the normal.
-    farthest: [usize; 3],
-    /// Lanes of the opposite corner.
-    nearest: [usize; 3],
+    normal: [f32x8; 3],
+    offset: f32x8,
+    slack: f32x8,
+    /// Whether the corner farthest along the normal is the upper one on each axis.
+    upper: [bool; 3],
 }
 
 impl FilterPlane {
-    /// Signed distances, scaled by the normal's length, of the corners in `lanes`.
+    /// Signed distances, scaled by the normal's length, of the farthest corners along the normal.
     #[inline]
-    fn values(&self, boxes: &Eight, lanes: [usize; 3]) -> f32x8 {
-        (0..3).fold(f32x8::splat(self.offset), |sum, axis| {
-            sum + f32x8::from(*boxes[lanes[axis]]) * f32x8::splat(self.normal[axis])
+    fn farthest(&self, boxes: &Eight) -> f32x8 {
+        self.values(boxes, self.upper)
+    }
+
+    /// The same of the opposite corners.
+    #[inline]
+    fn nearest(&self, boxes: &Eight) -> f32x8 {
+        self.values(boxes, self.upper.map(|upper| !upper))
+    }
+
+    #[inline]
+    fn values(&self, boxes: &Eight, upper: [bool; 3]) -> f32x8 {
+        (0..3).fold(self.offset, |sum, axis| {
+            let corner = boxes[axis + 3 * usize::from(upper[axis])];
+            sum + f32x8::from(corner) * self.normal[axis]
         })
     }
 }
@@ -84,11 +94,10 @@ impl EightRelations {
     }
 }
 
-/// Squared distances from the eye to eight boxes, m².
+/// Squared distances from the eye to a point of each of eight boxes, m².
 #[derive(Debug, Clone, Copy)]
 pub struct EightDistances {
-    /// To the nearest point, 0 inside.
-    nearest: f32x8,
+    squared: f32x8,
 }
 
 /// A distance that boxes are compared with, in both certain forms.
@@ -119,13 +128,11 @@ impl Filter {
                 + plane.offset_error
                 + f64::from(f32::MIN_POSITIVE);
             let upper = plane.normal.cmpge(DVec3::ZERO);
-            let lane = |axis: usize, upper: bool| axis + if upper { 3 } else { 0 };
             *filter = FilterPlane {
-                normal: plane.normal.as_vec3().to_array(),
-                offset: offset as f32,
-                slack: (slack as f32).next_up(),
-                farthest: std::array::from_fn(|axis| lane(axis, upper.test(axis))),
-                nearest: std::array::from_fn(|axis| lane(axis, !upper.test(axis))),
+                normal: plane.normal.as_vec3().to_array().map(f32x8::splat),
+                offset: f32x8::splat(offset as f32),
+                slack: f32x8::splat((slack as f32).next_up()),
+                upper: std::array::from_fn(|axis| upper.test(axis)),
             };
         }
         let largest = reach.max(eye.abs()).max_element();
@@ -157,9 +164,8 @@ impl Filter {
         let mut inside_plane = [Lanes::MAX; Frustum::MAX_PLANES];
         for index in planes(set) {
             let plane = &self.planes[index];
-            let slack = f32x8::splat(plane.slack);
-            outside |= lanes(plane.values(boxes, plane.farthest).simd_lt(-slack));
-            inside_plane[index] = lanes(plane.values(boxes, plane.nearest).simd_gt(slack));
+            outside |= lanes(plane.farthest(boxes).simd_lt(-plane.slack));
+            inside_plane[index] = lanes(plane.nearest(boxes).simd_gt(plane.slack));
             inside &= inside_plane[index];
         }
         EightRelations {
@@ -177,10 +183,9 @@ impl Filter {
         let mut touching = f32x8::ZERO.simd_eq(f32x8::ZERO);
         for index in planes(set) {
             let plane = &self.planes[index];
-            let slack = f32x8::splat(plane.slack);
-            let farthest = plane.values(boxes, plane.farthest);
-            outside |= farthest.simd_lt(-slack);
-            touching &= farthest.simd_gt(slack);
+            let farthest = plane.farthest(boxes);
+            outside |= farthest.simd_lt(-plane.slack);
+            touching &= farthest.simd_gt(plane.slack);
         }
         (lanes(outside), lanes(touching))
     }
@@ -191,29 +196,26 @@ impl Filter {
         let mut nearest = f32x8::ZERO;
         for axis in 0..3 {
             let eye = f32x8::splat(self.eye[axis]);
-            let low = f32x8::from(*boxes[axis]) - eye;
-            let high = eye - f32x8::from(*boxes[axis + 3]);
+            let low = f32x8::from(boxes[axis]) - eye;
+            let high = eye - f32x8::from(boxes[axis + 3]);
             let near = low.fast_max(high).fast_max(f32x8::ZERO);
             nearest += near * near;
         }
-        EightDistances { nearest }
+        EightDistances { squared: nearest }
     }
 
-    /// The boxes of which every point is certainly nearer than `threshold`.
+    /// Distances to the farthest corners of the boxes.
     #[inline]
-    pub fn wholly_nearer(&self, boxes: &Eight, threshold: &Threshold) -> Lanes {
-        if threshold.distance == f64::INFINITY {
-            return Lanes::MAX;
-        }
+    pub fn farthest(&self, boxes: &Eight) -> EightDistances {
         let mut farthest = f32x8::ZERO;
         for axis in 0..3 {
             let eye = f32x8::splat(self.eye[axis]);
-            let low = eye - f32x8::from(*boxes[axis]);
-            let high = f32x8::from(*boxes[axis + 3]) - eye;
+            let low = eye - f32x8::from(boxes[axis]);
+            let high = f32x8::from(boxes[axis + 3]) - eye;
             let far = low.fast_max(high);
             farthest += far * far;
         }
-        lanes(farthest.simd_lt(f32x8::splat(threshold.below)))
+        EightDistances { squared: farthest }
     }
 
     /// A distance to compare with, m ≥ 0.
@@ -239,7 +241,7 @@ impl Filter {
         distances: &EightDistances,
         set: Lanes,
     ) -> f32x8 {
-        let distance = distances.nearest.sqrt() * f32x8::splat(1.0 - 2.0 * DISTANCE_SLACK as f32)
+        let distance = distances.squared.sqrt() * f32x8::splat(1.0 - 2.0 * DISTANCE_SLACK as f32)
             - f32x8::splat(self.distance_error as f32);
         let angle = Self::of_set(radii, set) / distance.max(f32x8::ZERO);
         // 0 / 0 is NaN and gives way to 0: nothing hidden, however near.
@@ -259,7 +261,7 @@ impl Filter {
     pub fn radii(boxes: &Eight) -> [f32; 8] {
         let mut squared = f32x8::ZERO;
         for axis in 0..3 {
-            let size = f32x8::from(*boxes[axis + 3]) - f32x8::from(*boxes[axis]);
+            let size = f32x8::from(boxes[axis + 3]) - f32x8::from(boxes[axis]);
             squared += size * size;
         }
         (squared.sqrt() * f32x8::splat(0.5 * (1.0 + 8.0 * f32::EPSILON))).to_array()
@@ -270,13 +272,13 @@ impl EightDistances {
     /// Boxes certainly nearer than the threshold.
     #[inline]
     pub fn nearer(&self, threshold: &Threshold) -> Lanes {
-        lanes(self.nearest.simd_lt(f32x8::splat(threshold.below)))
+        lanes(self.squared.simd_lt(f32x8::splat(threshold.below)))
     }
 
     /// Boxes certainly not nearer than the threshold.
     #[inline]
     pub fn not_nearer(&self, threshold: &Threshold) -> Lanes {
-        lanes(self.nearest.simd_gt(f32x8::splat(threshold.above)))
+        lanes(self.squared.simd_gt(f32x8::splat(threshold.above)))
     }
 }
 

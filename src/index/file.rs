@@ -32,8 +32,11 @@ pub(super) const VERSION: u32 = 1;
 pub(super) const ALIGNMENT: usize = 64;
 /// Levels that a file may have; a tree of 2³² objects with two children a node has 32.
 pub(super) const MOST_LEVELS: u32 = 64;
-/// Boxes that may be read past the last one of a lane, as they are read eight at a time.
-const LANE_PADDING: usize = 8;
+/// Hidden radii that may be read past the last one, as they are read eight at a time.
+const PADDING: u64 = 8;
+
+/// Eight boxes: lanes of min x, y, z, max x, y, z. What is looked at together lies together.
+pub(super) type Block = [[f32; 8]; 6];
 
 /// What a file holds, in the order it lies there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,15 +53,20 @@ pub(super) enum Section {
     Own,
     /// u32 × m: the object that stands for each node in its parent.
     Representatives,
-    /// f32 × m (padded): largest radius of an object below the node that is not its own, m.
+    /// f32 × (m + 8): largest radius of an object below the node that is not its own, m.
     HiddenRadii,
-    /// f32: six lanes (min x, y, z, max x, y, z) of m, each padded; relative to the origin,
-    /// rounded outward.
-    NodeLanes,
+    /// u32 × (i + 1): first block of each inner node in `ChildBlocks`, then their number.
+    ChildBlockStarts,
+    /// f32 × 48 a block: boxes of the root, then of the children of each inner node, eight to a
+    /// block, the last one filled up with zeros. Lanes min x, y, z, max x, y, z, relative to the
+    /// origin, rounded outward.
+    ChildBlocks,
     /// f64 × 6 × m: exact boxes of nodes.
     NodeBoxes,
-    /// As `NodeLanes`, of objects.
-    ObjectLanes,
+    /// u32 × (m + 1): first block of each node in `OwnBlocks`, then their number.
+    OwnBlockStarts,
+    /// As `ChildBlocks`, of each node's own objects.
+    OwnBlocks,
     /// f64 × 6 × n: exact boxes of objects.
     ObjectBoxes,
     /// u64 × (n + 1): first byte of each id in `Ids`, then its length.
@@ -80,16 +88,18 @@ pub(super) enum Section {
 }
 
 impl Section {
-    pub(super) const ALL: [Self; 18] = [
+    pub(super) const ALL: [Self; 20] = [
         Self::Meta,
         Self::Levels,
         Self::Children,
         Self::Own,
         Self::Representatives,
         Self::HiddenRadii,
-        Self::NodeLanes,
+        Self::ChildBlockStarts,
+        Self::ChildBlocks,
         Self::NodeBoxes,
-        Self::ObjectLanes,
+        Self::OwnBlockStarts,
+        Self::OwnBlocks,
         Self::ObjectBoxes,
         Self::IdStarts,
         Self::Ids,
@@ -109,9 +119,11 @@ impl Section {
             Self::Own => b"own     ",
             Self::Representatives => b"represen",
             Self::HiddenRadii => b"hidden  ",
-            Self::NodeLanes => b"nodelane",
+            Self::ChildBlockStarts => b"chldblks",
+            Self::ChildBlocks => b"chldblk ",
             Self::NodeBoxes => b"nodebox ",
-            Self::ObjectLanes => b"objlane ",
+            Self::OwnBlockStarts => b"ownblks ",
+            Self::OwnBlocks => b"ownblk  ",
             Self::ObjectBoxes => b"objbox  ",
             Self::IdStarts => b"idstart ",
             Self::Ids => b"ids     ",
@@ -134,26 +146,24 @@ impl Section {
         let n = u64::from(counts.objects);
         let m = u64::from(counts.nodes);
         Some(match self {
-            Self::Meta | Self::Ids | Self::Attributes | Self::AttributeStarts => return None,
+            Self::Meta
+            | Self::ChildBlocks
+            | Self::OwnBlocks
+            | Self::Ids
+            | Self::Attributes
+            | Self::AttributeStarts => return None,
             Self::Levels => (u64::from(counts.levels) + 1) * 8,
-            Self::Children => (u64::from(counts.inner_nodes) + 1) * 4,
-            Self::Own => (m + 1) * 4,
+            Self::Children | Self::ChildBlockStarts => (u64::from(counts.inner_nodes) + 1) * 4,
+            Self::Own | Self::OwnBlockStarts => (m + 1) * 4,
             Self::Representatives => m * 4,
-            Self::HiddenRadii => lane_stride(counts.nodes) as u64 * 4,
-            Self::NodeLanes => lane_stride(counts.nodes) as u64 * 24,
+            Self::HiddenRadii => (m + PADDING) * 4,
             Self::NodeBoxes => m * 48,
-            Self::ObjectLanes => lane_stride(counts.objects) as u64 * 24,
             Self::ObjectBoxes => n * 48,
             Self::IdStarts => (n + 1) * 8,
             Self::IdOrder | Self::Classes | Self::Triangles => n * 4,
             Self::Footprints => n * 8,
         })
     }
-}
-
-/// Floats of one lane of `count` boxes, padding included.
-pub(super) fn lane_stride(count: u32) -> usize {
-    (count as usize + LANE_PADDING).next_multiple_of(ALIGNMENT / size_of::<f32>())
 }
 
 /// How much of everything there is.

@@ -23,7 +23,7 @@ pub use envelope::{Candidate, LodEnvelope};
 pub use error::{BuildError, FileError};
 pub use promotion::Promotion;
 pub use replace::replace_file;
-pub use tree::{Arrays, Boxes, LodTree, Object};
+pub use tree::{Arrays, LodTree, Object};
 pub use validate::{Violation, validate};
 
 use crate::scene::Scene;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::file::{Counts, Header, MAGIC, Section, VERSION, lane_stride};
+use super::file::{Block, Counts, Header, MAGIC, Section, VERSION};
 use super::hierarchy::{Canonical, Hierarchy};
 use super::image::Draft;
 use super::tree::Meta;
@@ -25,6 +25,9 @@ pub(super) fn pack(
         .collect();
     let meta = Meta::of(&arranged, crs);
     let meta_json = meta.to_json();
+    let inner_nodes = plan.children.len() - 1;
+    let child_blocks = block_starts(1.min(plan.own.len() as u32 - 1), &plan.children);
+    let own_blocks = block_starts(0, &plan.own);
     let ids = Texts::ids(&arranged);
     let attributes = Texts::attributes(&arranged);
 
@@ -32,10 +35,12 @@ pub(super) fn pack(
         objects: objects.len() as u32,
         nodes: plan.own.len() as u32 - 1,
         levels: hierarchy.levels.len() as u32,
-        inner_nodes: plan.children.len() as u32 - 1,
+        inner_nodes: inner_nodes as u32,
     };
     let mut draft = Draft::new(&counts, |section| match section {
         Section::Meta => meta_json.len(),
+        Section::ChildBlocks => blocks_length(&child_blocks),
+        Section::OwnBlocks => blocks_length(&own_blocks),
         Section::Ids => ids.length(),
         Section::Attributes => attributes.length(),
         Section::AttributeStarts if attributes.length() > 0 => attributes.starts.len() * 8,
@@ -79,20 +84,26 @@ pub(super) fn pack(
         })
         .collect();
     let object_boxes: Vec<[f64; 6]> = arranged.par_iter().map(|o| o.bounds.to_array()).collect();
-    fill_boxes(
-        &mut draft,
-        Section::NodeBoxes,
-        Section::NodeLanes,
-        origin,
-        &node_boxes,
-    );
-    fill_boxes(
-        &mut draft,
-        Section::ObjectBoxes,
-        Section::ObjectLanes,
-        origin,
-        &object_boxes,
-    );
+    draft.fill(Section::NodeBoxes).copy_from_slice(&node_boxes);
+    draft
+        .fill(Section::ObjectBoxes)
+        .copy_from_slice(&object_boxes);
+    let place = |boxes: &[[f64; 6]], out: &mut Block| place_boxes(origin, boxes, out);
+    let (root, below) = draft
+        .fill::<Block>(Section::ChildBlocks)
+        .split_at_mut(usize::from(counts.nodes > 0));
+    for root in root {
+        place(&node_boxes[..1], root);
+    }
+    fill_blocks(below, &plan.children, &node_boxes, place);
+    let own = draft.fill(Section::OwnBlocks);
+    fill_blocks(own, &plan.own, &object_boxes, place);
+    draft
+        .fill(Section::ChildBlockStarts)
+        .copy_from_slice(&child_blocks);
+    draft
+        .fill(Section::OwnBlockStarts)
+        .copy_from_slice(&own_blocks);
 
     let each = |at: usize| arranged[at];
     let class = |o: &SceneObject| meta.class_number(&o.class);
@@ -238,26 +249,47 @@ fn fill_by<T: Send>(out: &mut [T], value: impl Fn(usize) -> T + Sync) {
         .for_each(|(at, slot)| *slot = value(at));
 }
 
-fn fill_boxes(
-    draft: &mut Draft,
-    exact: Section,
-    lanes: Section,
-    origin: DVec3,
+/// First block of each group that `starts` tells apart, then their number.
+fn block_starts(first: u32, starts: &[u32]) -> Vec<u32> {
+    let mut blocks = Vec::with_capacity(starts.len());
+    let mut end = first;
+    blocks.push(end);
+    for group in starts.windows(2) {
+        end += (group[1] - group[0]).div_ceil(8);
+        blocks.push(end);
+    }
+    blocks
+}
+
+fn blocks_length(starts: &[u32]) -> usize {
+    starts.last().map_or(0, |&blocks| blocks as usize) * size_of::<Block>()
+}
+
+/// Fills the blocks of each group that `starts` tells apart.
+fn fill_blocks(
+    blocks: &mut [Block],
+    starts: &[u32],
     boxes: &[[f64; 6]],
+    place: impl Fn(&[[f64; 6]], &mut Block) + Sync,
 ) {
-    draft.fill::<[f64; 6]>(exact).copy_from_slice(boxes);
-    let stride = lane_stride(boxes.len() as u32);
+    let groups = starts.windows(2).flat_map(|group| {
+        let group = &boxes[group[0] as usize..group[1] as usize];
+        group.chunks(8)
+    });
+    let jobs: Vec<(&[[f64; 6]], &mut Block)> = groups.zip(blocks).collect();
+    jobs.into_par_iter()
+        .for_each(|(group, block)| place(group, block));
+}
+
+/// Writes at most eight boxes into a block, relative to the origin and rounded outward.
+fn place_boxes(origin: DVec3, boxes: &[[f64; 6]], block: &mut Block) {
     let origin = origin.to_array();
-    draft
-        .fill::<f32>(lanes)
-        .par_chunks_exact_mut(stride)
-        .enumerate()
-        .for_each(|(lane, out)| {
+    for (at, corners) in boxes.iter().enumerate() {
+        for lane in 0..6 {
             let round = if lane < 3 { round_down } else { round_up };
-            for (slot, corners) in out.iter_mut().zip(boxes) {
-                *slot = round(corners[lane] - origin[lane % 3]);
-            }
-        });
+            block[lane][at] = round(corners[lane] - origin[lane % 3]);
+        }
+    }
 }
 
 /// The largest f32 not above `x`.

@@ -11,7 +11,7 @@ use compact_str::CompactString;
 use serde::{Deserialize, Serialize};
 
 use super::error::FileError;
-use super::file::{Damage, Section, VERSION, lane_stride};
+use super::file::{Damage, Section, VERSION};
 use super::image::{Image, Refusal};
 use super::pack::box_of;
 use super::replace::replace_file;
@@ -65,37 +65,6 @@ impl Meta {
     }
 }
 
-/// Boxes twice: f32 lanes for eight at a time, and exactly.
-#[derive(Debug, Clone, Copy)]
-pub struct Boxes<'a> {
-    lanes: [&'a [f32]; 6],
-    /// Exact corners: min x, y, z, max x, y, z in scene coordinates.
-    pub exact: &'a [[f64; 6]],
-}
-
-impl<'a> Boxes<'a> {
-    fn new(lanes: &'a [f32], exact: &'a [[f64; 6]], count: u32) -> Self {
-        let stride = lane_stride(count);
-        Self {
-            lanes: std::array::from_fn(|lane| {
-                lanes
-                    .get(lane * stride..(lane + 1) * stride)
-                    .unwrap_or_default()
-            }),
-            exact,
-        }
-    }
-
-    /// Boxes `at .. at + 8` as lanes min x, y, z, max x, y, z, relative to [`LodTree::origin`]
-    /// and rounded outward. Past the last box it is padding.
-    #[inline]
-    pub fn eight(&self, at: u32) -> Option<[&'a [f32; 8]; 6]> {
-        let from = at as usize;
-        let lane = |lane: usize| self.lanes[lane].get(from..)?.first_chunk();
-        Some([lane(0)?, lane(1)?, lane(2)?, lane(3)?, lane(4)?, lane(5)?])
-    }
-}
-
 /// The arrays of a tree, as a traversal reads them.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrays<'a> {
@@ -111,10 +80,19 @@ pub struct Arrays<'a> {
     pub representatives: &'a [u32],
     /// Largest radius of an object below each node that is not its own, m.
     pub hidden_radii: &'a [f32],
-    /// Boxes of nodes.
-    pub nodes: Boxes<'a>,
-    /// Boxes of objects.
-    pub objects: Boxes<'a>,
+    /// Boxes of the root, then of the children of each inner node, eight to a block: lanes of min
+    /// x, y, z, max x, y, z relative to [`LodTree::origin`], rounded outward.
+    pub child_blocks: &'a [[[f32; 8]; 6]],
+    /// First block of each inner node's children, then the number of blocks.
+    pub child_block_starts: &'a [u32],
+    /// The same for each node's own objects.
+    pub own_blocks: &'a [[[f32; 8]; 6]],
+    /// First block of each node's own objects, then the number of blocks.
+    pub own_block_starts: &'a [u32],
+    /// Exact boxes of nodes: min x, y, z, max x, y, z in scene coordinates.
+    pub node_boxes: &'a [[f64; 6]],
+    /// Exact boxes of objects.
+    pub object_boxes: &'a [[f64; 6]],
 }
 
 /// What is known of one object.
@@ -267,9 +245,6 @@ impl LodTree {
     pub fn arrays(&self) -> Arrays<'_> {
         let levels: &[u32] = self.image.slice(Section::Levels);
         let (level_nodes, level_objects) = levels.split_at(levels.len() / 2);
-        let boxes = |lanes, exact, count| {
-            Boxes::new(self.image.slice(lanes), self.image.slice(exact), count)
-        };
         Arrays {
             children: self.image.slice(Section::Children),
             own: self.image.slice(Section::Own),
@@ -277,12 +252,12 @@ impl LodTree {
             level_objects,
             representatives: self.image.slice(Section::Representatives),
             hidden_radii: self.image.slice(Section::HiddenRadii),
-            nodes: boxes(Section::NodeLanes, Section::NodeBoxes, self.node_count()),
-            objects: boxes(
-                Section::ObjectLanes,
-                Section::ObjectBoxes,
-                self.object_count(),
-            ),
+            child_blocks: self.image.slice(Section::ChildBlocks),
+            child_block_starts: self.image.slice(Section::ChildBlockStarts),
+            own_blocks: self.image.slice(Section::OwnBlocks),
+            own_block_starts: self.image.slice(Section::OwnBlockStarts),
+            node_boxes: self.image.slice(Section::NodeBoxes),
+            object_boxes: self.image.slice(Section::ObjectBoxes),
         }
     }
 
@@ -332,8 +307,7 @@ impl LodTree {
     /// Exact bounds of an object.
     pub fn bounds_of(&self, object: u32) -> Option<Aabb> {
         self.arrays()
-            .objects
-            .exact
+            .object_boxes
             .get(object as usize)
             .copied()
             .map(box_of)

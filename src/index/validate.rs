@@ -37,7 +37,7 @@ pub fn validate(tree: &LodTree) -> Vec<Violation> {
     check.starts();
     if check.violations.is_empty() {
         check.boxes();
-        check.lanes();
+        check.blocks();
         check.ids();
         check.representatives();
     }
@@ -157,27 +157,67 @@ impl Check<'_> {
         self.tree.bounds_of(representative)
     }
 
-    /// f32 boxes contain the exact ones, and by no more than rounding.
-    fn lanes(&mut self) {
+    /// f32 boxes contain the exact ones, by no more than rounding, in the blocks they belong to.
+    fn blocks(&mut self) {
         let a = self.tree.arrays();
+        let root = self.tree.node_count().min(1);
+        if root == 1 {
+            self.block_of("node", &a.child_blocks[..1], &a.node_boxes[..1], 0);
+        }
+        let groups = [
+            (
+                "node",
+                a.children,
+                a.child_block_starts,
+                a.child_blocks,
+                a.node_boxes,
+                root,
+            ),
+            (
+                "object",
+                a.own,
+                a.own_block_starts,
+                a.own_blocks,
+                a.object_boxes,
+                0,
+            ),
+        ];
+        for (what, starts, block_starts, blocks, boxes, first) in groups {
+            let mut next = first;
+            for (group, &start) in starts.windows(2).zip(block_starts) {
+                self.require(start == next, "blocks follow one another", || {
+                    format!("block of {what} {}", group[0])
+                });
+                let count = (group[1] - group[0]).div_ceil(8);
+                let Some(blocks) = blocks.get(next as usize..(next + count) as usize) else {
+                    return self.require(false, "every box has a block", || what.to_owned());
+                };
+                let boxes = &boxes[group[0] as usize..group[1] as usize];
+                self.block_of(what, blocks, boxes, group[0]);
+                next += count;
+            }
+            self.require(
+                block_starts.last() == Some(&next) && blocks.len() == next as usize,
+                "blocks end with the last box",
+                || what.to_owned(),
+            );
+        }
+    }
+
+    fn block_of(&mut self, what: &str, blocks: &[[[f32; 8]; 6]], boxes: &[[f64; 6]], first: u32) {
         let origin = self.tree.origin().to_array();
-        for (what, boxes) in [("node", a.nodes), ("object", a.objects)] {
-            for (i, exact) in boxes.exact.iter().enumerate() {
-                for lane in 0..6 {
-                    let stored = boxes
-                        .eight(i as u32)
-                        .map_or(f32::NAN, |eight| eight[lane][0]);
-                    let wanted = exact[lane] - origin[lane % 3];
-                    let stored_wide = f64::from(stored);
-                    let tight = if lane < 3 {
-                        stored_wide <= wanted && f64::from(stored.next_up()) > wanted
-                    } else {
-                        stored_wide >= wanted && f64::from(stored.next_down()) < wanted
-                    };
-                    self.require(tight, "f32 box is the exact one rounded outward", || {
-                        format!("{what} {i}")
-                    });
-                }
+        for (at, exact) in boxes.iter().enumerate() {
+            for lane in 0..6 {
+                let stored = blocks[at / 8][lane][at % 8];
+                let wanted = exact[lane] - origin[lane % 3];
+                let tight = if lane < 3 {
+                    f64::from(stored) <= wanted && f64::from(stored.next_up()) > wanted
+                } else {
+                    f64::from(stored) >= wanted && f64::from(stored.next_down()) < wanted
+                };
+                self.require(tight, "f32 box is the exact one rounded outward", || {
+                    format!("{what} {}", first as usize + at)
+                });
             }
         }
     }
@@ -256,8 +296,8 @@ impl Check<'_> {
 }
 
 fn node_box(tree: &LodTree, node: u32) -> Aabb {
-    let exact = tree.arrays().nodes.exact;
-    exact
+    let boxes = tree.arrays().node_boxes;
+    boxes
         .get(node as usize)
         .copied()
         .map_or(Aabb::EMPTY, super::pack::box_of)

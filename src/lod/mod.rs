@@ -5,6 +5,8 @@
 //!
 //! Knows nothing of the controller, of files or of HTTP.
 
+mod gather;
+mod lanes;
 mod range;
 mod retrieve;
 mod selection;

@@ -2,16 +2,18 @@
 
 use std::ops::Range;
 
+use crate::geom::PixelScale;
+
 /// The objects to draw, as ranges of object numbers, and what finding them took.
 ///
 /// Kept and handed in again, it allocates nothing in the long run.
 #[derive(Debug, Clone, Default)]
 pub struct Selection {
     /// Ranges in the making, one list per level, finest first; each list ascends.
-    pub(super) levels: Vec<Vec<Range<u32>>>,
-    pub(super) ranges: Vec<Range<u32>>,
-    pub(super) bound: f64,
-    pub(super) stats: Stats,
+    levels: Vec<Vec<Range<u32>>>,
+    ranges: Vec<Range<u32>>,
+    bound: f64,
+    stats: Stats,
 }
 
 /// What a retrieval did.
@@ -49,5 +51,45 @@ impl Selection {
     /// What it took.
     pub fn stats(&self) -> Stats {
         self.stats
+    }
+
+    /// Forgets everything but its memory; the next tree has so many levels.
+    pub(super) fn clear(&mut self, levels: u32) {
+        self.levels.resize_with(levels as usize, Vec::new);
+        self.levels.iter_mut().for_each(Vec::clear);
+        self.ranges.clear();
+        self.bound = 0.0;
+        self.stats = Stats::default();
+    }
+
+    /// Adds objects stored at `level`; they follow those added there before.
+    #[inline]
+    pub(super) fn add(&mut self, level: u32, objects: Range<u32>) {
+        let Some(list) = self.levels.get_mut(level as usize) else {
+            return;
+        };
+        match list.last_mut() {
+            Some(last) if last.end == objects.start => last.end = objects.end,
+            Some(last) if last.end > objects.start => {} // only in a damaged file
+            _ if objects.is_empty() => {}
+            _ => list.push(objects),
+        }
+    }
+
+    /// Step 7: puts the levels together, coarsest first, and states what it took and what the
+    /// largest size left out is: radii, per metre of distance where the view is a perspective.
+    pub(super) fn finish(&mut self, largest_omitted: [f32; 8], pixels: PixelScale, stats: Stats) {
+        for list in self.levels.iter().rev() {
+            for objects in list {
+                match self.ranges.last_mut() {
+                    Some(last) if last.end == objects.start => last.end = objects.end,
+                    _ => self.ranges.push(objects.clone()),
+                }
+            }
+        }
+        let largest = f64::from(largest_omitted.into_iter().fold(0.0, f32::max));
+        let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = pixels;
+        self.bound = 2.0 * largest * scale;
+        self.stats = stats;
     }
 }

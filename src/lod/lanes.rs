@@ -1,0 +1,38 @@
+//! Runs of siblings in a set of eight.
+
+use crate::geom::Lanes;
+
+/// The first `count` lanes.
+#[inline]
+pub(super) fn first(count: u32) -> Lanes {
+    (0xff_u32 >> (8 - count)) as Lanes
+}
+
+/// How many lanes from `lane` on, which is in the set, follow one another.
+#[inline]
+pub(super) fn run_length(set: Lanes, lane: u32) -> u32 {
+    // The bit above the eighth ends every run.
+    (!(u32::from(set) >> lane)).trailing_zeros()
+}
+
+/// The set without its lanes up to and including the run of `length` from `lane` on.
+#[inline]
+pub(super) fn after_run(set: Lanes, lane: u32, length: u32) -> Lanes {
+    (u32::from(set) & (u32::MAX << (lane + length))) as Lanes
+}
+
+/// Whether `lane` is in the set.
+#[inline]
+pub(super) fn has(set: Lanes, lane: u32) -> bool {
+    (set >> lane) & 1 == 1
+}
+
+/// The lanes of the set, ascending.
+#[inline]
+pub(super) fn each(mut set: Lanes) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let lane = (set != 0).then(|| set.trailing_zeros());
+        set &= set.wrapping_sub(1);
+        lane
+    })
+}
