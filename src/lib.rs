@@ -68,3 +68,4 @@ pub mod import;
 pub mod index;
 pub mod lod;
 pub mod scene;
+pub mod service;

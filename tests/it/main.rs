@@ -23,6 +23,8 @@ mod import_obj;
 mod oracle;
 /// Retrieval against the transcription and against brute force.
 mod retrieval;
+/// The HTTP service: answers, refusals, limits, description.
+mod service;
 /// Random scenes and cameras.
 mod support;
 /// The sources keep the layer table and the house rules.

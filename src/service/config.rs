@@ -1,0 +1,35 @@
+//! Limits, with defaults that are safe on an open port.
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::time::Duration;
+
+/// Where the service listens and what it takes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Config {
+    /// Address and port; port 0 picks a free one. Loopback unless told otherwise.
+    pub listen: SocketAddr,
+    /// Longest request body, bytes; longer ones are answered 413. A request has some 500.
+    pub max_body_bytes: usize,
+    /// Longest time that the head of a request, then its body, may take to arrive; also how long
+    /// an idle connection is kept.
+    pub timeout: Duration,
+    /// Most requests in work at once; further ones are answered 503 at once.
+    pub max_concurrency: usize,
+    /// Most connections; further ones wait to be accepted.
+    pub max_connections: usize,
+    /// How long requests in work may take to finish once the service is told to stop.
+    pub drain: Duration,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 8080)),
+            max_body_bytes: 64 * 1024,
+            timeout: Duration::from_secs(10),
+            max_concurrency: 256,
+            max_connections: 4096,
+            drain: Duration::from_secs(10),
+        }
+    }
+}

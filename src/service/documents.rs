@@ -1,0 +1,77 @@
+//! Shared by all documents: links, JSON bodies, revalidation.
+
+use std::borrow::Cow;
+
+use axum::body::Body;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::Response;
+use serde::Serialize;
+
+/// A link as OGC API Common has it.
+#[derive(Debug, Serialize)]
+pub struct Link<'a> {
+    rel: &'static str,
+    href: Cow<'a, str>,
+    r#type: &'static str,
+    title: &'static str,
+}
+
+impl<'a> Link<'a> {
+    /// To something of any type.
+    pub fn new(
+        rel: &'static str,
+        href: impl Into<Cow<'a, str>>,
+        r#type: &'static str,
+        title: &'static str,
+    ) -> Self {
+        Self {
+            rel,
+            href: href.into(),
+            r#type,
+            title,
+        }
+    }
+
+    /// To a JSON document.
+    pub fn json(rel: &'static str, href: impl Into<Cow<'a, str>>, title: &'static str) -> Self {
+        Self::new(rel, href, "application/json", title)
+    }
+}
+
+/// A JSON body.
+pub fn json(document: &impl Serialize) -> Response {
+    let mut response = Response::new(Body::from(serde_json::to_vec(document).unwrap_or_default()));
+    let json = HeaderValue::from_static("application/json");
+    response.headers_mut().insert(header::CONTENT_TYPE, json);
+    response
+}
+
+/// 304 where the client has this version already; otherwise the document, to be revalidated.
+pub fn cached(
+    headers: &HeaderMap,
+    etag: &HeaderValue,
+    make: impl FnOnce() -> Response,
+) -> Response {
+    let mut response = if is_known(headers, etag) {
+        let mut response = Response::new(Body::empty());
+        *response.status_mut() = StatusCode::NOT_MODIFIED;
+        response
+    } else {
+        make()
+    };
+    let headers = response.headers_mut();
+    headers.insert(header::ETAG, etag.clone());
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    response
+}
+
+/// `If-None-Match` (RFC 9110, section 13.1.2): weak comparison.
+fn is_known(headers: &HeaderMap, etag: &HeaderValue) -> bool {
+    let known = headers.get_all(header::IF_NONE_MATCH);
+    known
+        .iter()
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(','))
+        .map(|tag| tag.trim().trim_start_matches("W/"))
+        .any(|tag| tag == "*" || tag.as_bytes() == etag.as_bytes())
+}

@@ -1,0 +1,159 @@
+//! What every request passes: the limits on number and time, panics, compression, other origins.
+//!
+//! One type instead of a stack of layers, so that what a request does not need costs a branch.
+
+use std::any::Any;
+use std::future::{Future, poll_fn};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::Request;
+use axum::http::{HeaderMap, HeaderValue, Method, header};
+use axum::response::{IntoResponse, Response};
+use tower::ServiceExt;
+use tower_http::CompressionLevel;
+use tower_http::compression::Compression;
+
+use super::config::Config;
+use super::cors;
+use super::problem::{Kind, Problem};
+
+/// A router behind its limits.
+#[derive(Clone)]
+pub struct Gate {
+    router: Router,
+    compressed: Compression<Router>,
+    in_work: Arc<AtomicUsize>,
+    max_concurrency: usize,
+    timeout: Duration,
+}
+
+impl Gate {
+    /// Puts the router behind the limits of the configuration.
+    pub fn new(router: Router, config: &Config) -> Self {
+        Self {
+            compressed: Compression::new(router.clone()).quality(CompressionLevel::Fastest),
+            router,
+            in_work: Arc::default(),
+            max_concurrency: config.max_concurrency,
+            timeout: config.timeout,
+        }
+    }
+
+    /// Answers a request, whatever happens.
+    pub async fn respond(&self, request: Request) -> Response {
+        if !tracing::enabled!(tracing::Level::DEBUG) {
+            return self.answer(request).await;
+        }
+        let (method, path) = (request.method().clone(), request.uri().path().to_owned());
+        let start = Instant::now();
+        let response = self.answer(request).await;
+        let status = response.status().as_u16();
+        let took_us = start.elapsed().as_micros() as u64;
+        tracing::debug!(%method, path, status, took_us, "request");
+        response
+    }
+
+    async fn answer(&self, request: Request) -> Response {
+        if cors::is_preflight(&request) {
+            return cors::preflight();
+        }
+        let foreign = request.headers().contains_key(header::ORIGIN);
+        let negotiable = request.method() == Method::GET || request.method() == Method::HEAD;
+        let mut response = self.limited(request).await;
+        if foreign {
+            cors::allow(response.headers_mut());
+        }
+        if negotiable {
+            let vary = HeaderValue::from_static("accept, accept-encoding");
+            response.headers_mut().insert(header::VARY, vary);
+        }
+        response
+    }
+
+    async fn limited(&self, request: Request) -> Response {
+        let Some(_place) = Place::take(&self.in_work, self.max_concurrency) else {
+            let detail = "try again in a second (option --max-concurrency)";
+            return Problem::new(Kind::Overloaded, detail).into_response();
+        };
+        let work = unpanicked(self.routed(request));
+        match tokio::time::timeout(self.timeout, work).await {
+            Ok(Ok(response)) => response,
+            Ok(Err(panic)) => {
+                tracing::error!(reason = reason(&*panic), "a handler panicked");
+                let detail = "this is a defect: please report what you asked for";
+                Problem::new(Kind::Internal, detail).into_response()
+            }
+            Err(_) => {
+                let seconds = self.timeout.as_secs_f64();
+                let detail = format!("no answer within {seconds} s (option --timeout-ms)");
+                Problem::new(Kind::Timeout, detail).into_response()
+            }
+        }
+    }
+
+    async fn routed(&self, request: Request) -> Response {
+        if takes_gzip(request.headers()) {
+            match self.compressed.clone().oneshot(request).await {
+                Ok(response) => response.map(Body::new),
+                Err(never) => match never {},
+            }
+        } else {
+            match self.router.clone().oneshot(request).await {
+                Ok(response) => response,
+                Err(never) => match never {},
+            }
+        }
+    }
+}
+
+/// Whether it is worth asking the compression layer, which reads the header properly.
+fn takes_gzip(headers: &HeaderMap) -> bool {
+    headers
+        .get_all(header::ACCEPT_ENCODING)
+        .iter()
+        .any(|value| {
+            let bytes = value.as_bytes();
+            memchr::memmem::find(bytes, b"gzip").is_some() || bytes.contains(&b'*')
+        })
+}
+
+/// One of the requests in work, until it is dropped.
+struct Place<'a>(&'a AtomicUsize);
+
+impl<'a> Place<'a> {
+    fn take(in_work: &'a AtomicUsize, most: usize) -> Option<Self> {
+        let place = Self(in_work);
+        (in_work.fetch_add(1, Ordering::Relaxed) < most).then_some(place)
+    }
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Turns a panic into an error. What the handlers share is read-only, so no half-made state can
+/// be seen afterwards.
+async fn unpanicked<F: Future>(work: F) -> Result<F::Output, Box<dyn Any + Send>> {
+    let mut work = pin!(work);
+    poll_fn(
+        |cx| match catch_unwind(AssertUnwindSafe(|| work.as_mut().poll(cx))) {
+            Ok(poll) => poll.map(Ok),
+            Err(panic) => std::task::Poll::Ready(Err(panic)),
+        },
+    )
+    .await
+}
+
+fn reason(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("of unknown kind")
+}

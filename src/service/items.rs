@@ -1,0 +1,70 @@
+//! `/collections/{scene}/items/{id}`: everything known of one object.
+
+use std::sync::Arc;
+
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::Response;
+use serde::Serialize;
+use serde_json::value::RawValue;
+
+use super::documents::{Link, cached, json};
+use super::negotiate::accepted;
+use super::problem::{Kind, Problem};
+use super::routes::{ItemName, Shared};
+use super::scenes::segment;
+
+#[derive(Serialize)]
+struct Item<'a> {
+    id: &'a str,
+    index: u32,
+    class: &'a str,
+    level: u32,
+    bounds: [f64; 6],
+    height_m: f64,
+    footprint_area_m2: f64,
+    triangles: u32,
+    attributes: Option<&'a RawValue>,
+    links: [Link<'a>; 2],
+}
+
+/// `GET`.
+pub async fn item(
+    State(shared): State<Arc<Shared>>,
+    ItemName { scene, id }: ItemName,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let city = shared.scenes().get(&scene)?;
+    accepted(&headers, &["application/json"])?;
+    let tree = city.tree();
+    let found = tree.find(&id);
+    let known = found.and_then(|index| Some((index, tree.object(index)?)));
+    let Some((index, object)) = known else {
+        let detail = format!("scene {scene:?} has no object {id:?}");
+        return Err(Problem::new(Kind::NotFound, detail).at("id"));
+    };
+    let path = city.path();
+    Ok(cached(&headers, city.etag(), || {
+        json(&Item {
+            id: &object.id,
+            index,
+            class: object.class,
+            level: object.level,
+            bounds: object.bounds.to_array(),
+            height_m: object.bounds.size().z,
+            footprint_area_m2: object.footprint_area,
+            triangles: object.triangles,
+            attributes: object
+                .attributes
+                .and_then(|text| serde_json::from_str(text).ok()),
+            links: [
+                Link::json(
+                    "self",
+                    format!("{path}/items/{}", segment(&id)),
+                    "this object",
+                ),
+                Link::json("collection", path, "the scene it is in"),
+            ],
+        })
+    }))
+}

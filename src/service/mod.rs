@@ -1,0 +1,95 @@
+//! The HTTP service: which objects of which city to draw for a camera, over the wire.
+//!
+//! request → [`Gate`](gate) (limits) → [`ROUTES`] → handler → answer or [`Problem`](problem).
+//! Stateless but for the cities, which never change while they are served.
+//!
+//! Knows nothing of the command line or of experiments.
+
+mod body;
+mod boxes;
+mod collections;
+mod config;
+mod cors;
+mod documents;
+mod gate;
+mod items;
+mod json;
+mod landing;
+mod negotiate;
+mod page;
+mod plan;
+mod problem;
+mod routes;
+mod scenes;
+mod server;
+mod visible;
+
+use std::fmt::Write as _;
+use std::net::SocketAddr;
+
+pub use config::Config;
+pub use routes::{ROUTES, Route, Verb, router};
+pub use scenes::{City, NameError, Scenes};
+pub use server::{ListenError, Server, stop_signal};
+
+/// The description of the API, as served at `/api`.
+pub const OPENAPI: &str = include_str!("../../openapi.yaml");
+
+/// Serves the cities until the process is told to stop. `ready` gets what to tell the user once
+/// requests are taken: address, cities, a command to try.
+///
+/// # Errors
+/// [`ListenError`] when the address cannot be had.
+pub async fn serve(
+    config: Config,
+    scenes: Scenes,
+    ready: impl FnOnce(&str),
+) -> Result<(), ListenError> {
+    let cities = Greeting::of(&scenes);
+    let server = Server::bind(config, router(scenes, config.max_body_bytes)).await?;
+    ready(&cities.text(server.address()));
+    server.run(stop_signal()).await;
+    Ok(())
+}
+
+/// What to tell the user; taken before the router takes the cities.
+struct Greeting {
+    cities: Vec<(String, u32)>,
+    example: Option<(String, String)>,
+}
+
+impl Greeting {
+    fn of(scenes: &Scenes) -> Self {
+        Self {
+            cities: scenes
+                .iter()
+                .map(|city| (city.name().to_owned(), city.tree().object_count()))
+                .collect(),
+            example: scenes
+                .iter()
+                .next()
+                .map(|city| (city.path(), city.example_request())),
+        }
+    }
+
+    fn text(&self, address: SocketAddr) -> String {
+        let mut text = format!("citylod listens on http://{address}\n");
+        for (name, objects) in &self.cities {
+            let _ = writeln!(text, "  {name}: {} objects", page::grouped(*objects));
+        }
+        if let Some((path, request)) = &self.example {
+            let _ = writeln!(
+                text,
+                "try\n  {}",
+                curl(&format!("http://{address}"), path, request)
+            );
+        }
+        text
+    }
+}
+
+/// A command that asks for what a camera sees. Nothing in it needs quoting: addresses are
+/// percent-encoded, the body is numbers.
+fn curl(base: &str, path: &str, request: &str) -> String {
+    format!("curl -s {base}{path}/visible -H 'Content-Type: application/json' -d '{request}'")
+}

@@ -1,0 +1,180 @@
+//! From a selection to bytes. Ids are stored ready for JSON, so an answer is made by copying.
+
+use std::time::Duration;
+
+use axum::body::{Body, Bytes};
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
+use serde::Serialize;
+
+use super::super::scenes::City;
+use super::request::Form;
+use crate::lod::{RangeLod, Selection};
+
+/// Header of a binary answer: how many numbers the body has.
+pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod-count");
+/// Header of a binary answer: what the numbers refer to.
+pub const REVISION: header::HeaderName = header::HeaderName::from_static("x-citylod-revision");
+/// Header of a binary answer: the bound, pixels; left out when infinite.
+pub const ERROR_PX: header::HeaderName = header::HeaderName::from_static("x-citylod-error-px");
+
+/// What follows the list.
+#[derive(Serialize)]
+struct Tail {
+    lod: LodTail,
+    effects: NoEffects,
+    stats: StatsTail,
+}
+
+#[derive(Serialize)]
+struct NoEffects {}
+
+#[derive(Serialize)]
+struct LodTail {
+    mode: &'static str,
+    far_dist_m: Option<f64>,
+    dist_factor: f64,
+    levels: u32,
+    error_px: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct StatsTail {
+    nodes_visited: u32,
+    objects_tested: u32,
+    retrieve_us: f64,
+}
+
+#[derive(Serialize)]
+struct ObjectItem<'a> {
+    index: u32,
+    id: &'a str,
+    class: &'a str,
+    level: u32,
+    bounds: [f64; 6],
+}
+
+fn finite(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
+}
+
+/// The answer as JSON.
+pub fn json(
+    city: &City,
+    form: Form,
+    lod: &RangeLod,
+    selection: &Selection,
+    took: Duration,
+) -> Vec<u8> {
+    let tail = Tail {
+        lod: LodTail {
+            mode: "range",
+            far_dist_m: finite(lod.far_dist()),
+            dist_factor: lod.dist_factor(),
+            levels: lod.level_count(),
+            error_px: finite(selection.error_px()),
+        },
+        effects: NoEffects {},
+        stats: StatsTail {
+            nodes_visited: selection.stats().nodes_visited,
+            objects_tested: selection.stats().objects_tested,
+            retrieve_us: took.as_nanos() as f64 / 1000.0,
+        },
+    };
+    let mut out =
+        Vec::with_capacity(HEAD_AND_TAIL + city.head().len() + list_len(city, form, selection));
+    out.extend_from_slice(city.head());
+    append(&mut out, &selection.count());
+    match form {
+        Form::Ids => {
+            out.extend_from_slice(b",\"ids\":[");
+            for range in selection.ranges() {
+                out.extend_from_slice(city.tree().ids_json(range.clone()));
+            }
+        }
+        Form::Objects => {
+            out.extend_from_slice(b",\"objects\":[");
+            for object in selection.objects() {
+                if let Some(known) = city.tree().object(object) {
+                    let item = ObjectItem {
+                        index: object,
+                        id: &known.id,
+                        class: known.class,
+                        level: known.level,
+                        bounds: known.bounds.to_array(),
+                    };
+                    append(&mut out, &item);
+                    out.push(b',');
+                }
+            }
+        }
+        Form::Ranges => {
+            out.extend_from_slice(b",\"ranges\":[");
+            for range in selection.ranges() {
+                append(&mut out, &[range.start, range.end]);
+                out.push(b',');
+            }
+        }
+    }
+    if out.last() == Some(&b',') {
+        out.pop();
+    }
+    out.extend_from_slice(b"],");
+    // The tail is an object of its own but for its opening brace.
+    let at = out.len();
+    append(&mut out, &tail);
+    out.remove(at);
+    out
+}
+
+/// Everything but the list and the head takes less, whatever the numbers.
+const HEAD_AND_TAIL: usize = 384;
+
+fn list_len(city: &City, form: Form, selection: &Selection) -> usize {
+    match form {
+        Form::Ids => {
+            let ranges = selection.ranges().iter();
+            ranges.map(|r| city.tree().ids_json(r.clone()).len()).sum()
+        }
+        Form::Objects => selection.count() as usize * 192,
+        Form::Ranges => selection.ranges().len() * 24,
+    }
+}
+
+fn append(out: &mut Vec<u8>, value: &impl Serialize) {
+    let before = out.len();
+    if serde_json::to_writer(&mut *out, value).is_err() {
+        // Numbers and strings into memory: there is nothing to fail.
+        out.truncate(before);
+        out.extend_from_slice(b"null");
+    }
+}
+
+/// The answer as object numbers, u32 little endian, ascending.
+pub fn numbers(selection: &Selection) -> Vec<u8> {
+    let mut out = Vec::with_capacity(selection.count() as usize * size_of::<u32>());
+    for object in selection.objects() {
+        out.extend_from_slice(&object.to_le_bytes());
+    }
+    out
+}
+
+/// A response with a body of this type.
+pub fn response(body: Vec<u8>, media_type: HeaderValue) -> Response {
+    let mut response = Response::new(Body::from(Bytes::from(body)));
+    response
+        .headers_mut()
+        .insert(header::CONTENT_TYPE, media_type);
+    response
+}
+
+/// What a binary answer says beside its body.
+pub fn describe(headers: &mut HeaderMap, city: &City, selection: &Selection) {
+    headers.insert(COUNT, HeaderValue::from(selection.count()));
+    headers.insert(REVISION, city.revision_header().clone());
+    if let Some(error_px) = finite(selection.error_px())
+        && let Ok(value) = HeaderValue::try_from(error_px.to_string())
+    {
+        headers.insert(ERROR_PX, value);
+    }
+}

@@ -1,0 +1,87 @@
+//! `/collections/{scene}/visible`: which objects to draw for a camera.
+
+mod answer;
+mod query;
+mod request;
+mod resolve;
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::time::Instant;
+
+use axum::extract::{FromRequestParts, RawQuery, Request, State};
+use axum::http::{HeaderMap, HeaderValue};
+use axum::response::Response;
+
+pub use answer::{COUNT, REVISION};
+pub use query::{Parameter, unknown};
+
+use super::body;
+use super::json;
+use super::negotiate::{accepted, json_body};
+use super::problem::Problem;
+use super::routes::{SceneName, Shared};
+use super::scenes::City;
+use crate::lod::{self, Selection};
+use request::Body;
+use resolve::Naming;
+
+const JSON: &str = "application/json";
+const BINARY: &str = "application/octet-stream";
+
+thread_local! {
+    /// Kept from request to request, so that a retrieval allocates nothing.
+    static SELECTION: RefCell<Selection> = RefCell::default();
+}
+
+/// `POST`: the request is a JSON document.
+pub async fn post(
+    State(shared): State<Arc<Shared>>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (mut parts, body) = request.into_parts();
+    let SceneName(name) = SceneName::from_request_parts(&mut parts, &shared).await?;
+    let city = shared.scenes().get(&name)?;
+    json_body(&parts.headers)?;
+    let form = accepted(&parts.headers, &[JSON, BINARY])?;
+    let bytes = body::read(&parts.headers, body, shared.max_body_bytes()).await?;
+    let Body(request) = json::read(&bytes)?;
+    respond(city, &request, Naming::Pointer, form == BINARY)
+}
+
+/// `GET`: the request is in the query.
+pub async fn get(
+    State(shared): State<Arc<Shared>>,
+    SceneName(name): SceneName,
+    RawQuery(query): RawQuery,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let city = shared.scenes().get(&name)?;
+    let form = accepted(&headers, &[JSON, BINARY])?;
+    let request = query::read(&query.unwrap_or_default())?;
+    respond(city, &request, Naming::Parameter, form == BINARY)
+}
+
+fn respond(
+    city: &City,
+    request: &request::Request,
+    naming: Naming,
+    binary: bool,
+) -> Result<Response, Problem> {
+    let (view, lod) = request.resolve(naming)?;
+    let mut selection = SELECTION.take();
+    let start = Instant::now();
+    lod::retrieve(city.tree(), &view, &lod, &mut selection);
+    let took = start.elapsed();
+    let response = if binary {
+        let body = answer::numbers(&selection);
+        let mut response = answer::response(body, HeaderValue::from_static(BINARY));
+        answer::describe(response.headers_mut(), city, &selection);
+        response
+    } else {
+        let body = answer::json(city, request.output.form, &lod, &selection, took);
+        answer::response(body, HeaderValue::from_static(JSON))
+    };
+    SELECTION.set(selection);
+    Ok(response)
+}

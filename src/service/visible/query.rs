@@ -1,0 +1,150 @@
+//! The same request as query parameters: `eye=1,2,3&target=0,0,0&viewport=1920x1080`.
+
+use std::borrow::Cow;
+
+use super::super::json::{List, Whole};
+use super::super::problem::{Kind, Problem};
+use super::request::{
+    BEYOND_NAMES, BEYOND_VALUES, Camera, Effects, Form, Lod, Mode, Output, Request,
+};
+
+/// Reads the query of a URL.
+///
+/// # Errors
+/// 400 with the name of the parameter at fault.
+pub fn read(query: &str) -> Result<Request, Problem> {
+    let mut camera = Camera::default();
+    let mut lod = Lod::default();
+    let mut output = Output::default();
+    let mut seen: Vec<Cow<'_, str>> = Vec::new();
+    for (name, text) in form_urlencoded::parse(query.as_bytes()) {
+        let parameter = Parameter {
+            name: &name,
+            text: &text,
+        };
+        match &*name {
+            "eye" => camera.eye = parameter.list()?,
+            "target" => camera.target = Some(parameter.list()?),
+            "up" => camera.up = Some(parameter.list()?),
+            "quaternion" => camera.quaternion = Some(parameter.list()?),
+            "fov_y_deg" => camera.fov_y_deg = Some(parameter.number()?),
+            "orthographic_height_m" => camera.orthographic_height_m = Some(parameter.number()?),
+            "off_axis" => camera.off_axis = Some(parameter.list()?),
+            "view_projection" => camera.view_projection = Some(parameter.list()?),
+            "viewport" => camera.viewport = Some(parameter.sides()?),
+            "near" => camera.near = Some(parameter.number()?),
+            "far" => camera.far = Some(parameter.number_or_null()?),
+            "mode" => lod.mode = parameter.word(&Mode::NAMES, &Mode::VALUES)?,
+            "far_dist_m" => lod.far_dist_m = parameter.number_or_null()?,
+            "dist_factor" => lod.dist_factor = parameter.number()?,
+            "levels" => lod.levels = parameter.whole(&text)?,
+            "beyond" => lod.beyond = parameter.word(&BEYOND_NAMES, &BEYOND_VALUES)?,
+            "form" => output.form = parameter.word(&Form::NAMES, &Form::VALUES)?,
+            _ => return Err(unknown(&name)),
+        }
+        if seen.contains(&name) {
+            return Err(parameter.problem("is given twice"));
+        }
+        seen.push(name);
+    }
+    if !seen.iter().any(|name| name == "eye") {
+        let detail = "missing: where the view is seen from, eye=x,y,z";
+        return Err(Problem::new(Kind::InvalidRequest, detail).at("eye"));
+    }
+    Ok(Request {
+        camera,
+        lod,
+        effects: Effects::default(),
+        output,
+    })
+}
+
+/// The refusal of a parameter that there is not.
+pub fn unknown(name: &str) -> Problem {
+    Problem::new(Kind::InvalidRequest, "there is no such parameter").at(name)
+}
+
+/// One parameter as it was given.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its value.
+    pub text: &'a str,
+}
+
+impl Parameter<'_> {
+    /// A 400 that names the parameter.
+    pub fn problem(&self, detail: impl Into<String>) -> Problem {
+        Problem::new(Kind::InvalidRequest, detail).at(self.name)
+    }
+
+    fn parse(&self, text: &str) -> Result<f64, Problem> {
+        let number = text.parse().ok().filter(|n: &f64| n.is_finite());
+        number.ok_or_else(|| self.problem(format!("must be a finite number, is {text:?}")))
+    }
+
+    fn number(&self) -> Result<f64, Problem> {
+        self.parse(self.text)
+    }
+
+    fn number_or_null(&self) -> Result<Option<f64>, Problem> {
+        if self.text == "null" {
+            return Ok(None);
+        }
+        self.number().map(Some)
+    }
+
+    /// A whole number of 32 bits.
+    ///
+    /// # Errors
+    /// 400 that names the parameter.
+    pub fn whole(&self, text: &str) -> Result<Whole, Problem> {
+        let number = self.parse(text)?;
+        Whole::new(number).ok_or_else(|| {
+            self.problem(format!(
+                "must be a whole number from 0 to 4294967295, is {text:?}"
+            ))
+        })
+    }
+
+    fn list<const N: usize>(&self) -> Result<List<f64, N>, Problem> {
+        let mut items = [0.0; N];
+        let mut texts = self.text.split(',');
+        for item in &mut items {
+            *item = match texts.next() {
+                Some(text) => self.parse(text)?,
+                None => return Err(self.wrong_length::<N>()),
+            };
+        }
+        match texts.next() {
+            None => Ok(List(items)),
+            Some(_) => Err(self.wrong_length::<N>()),
+        }
+    }
+
+    fn wrong_length<const N: usize>(&self) -> Problem {
+        let found = self.text.split(',').count();
+        self.problem(format!("must be {N} numbers, is {found}: {:?}", self.text))
+    }
+
+    /// `1920x1080` or `1920,1080`.
+    fn sides(&self) -> Result<List<Whole, 2>, Problem> {
+        let (width, height) = self
+            .text
+            .split_once(['x', ','])
+            .ok_or_else(|| self.problem(format!("must be WIDTHxHEIGHT, is {:?}", self.text)))?;
+        Ok(List([self.whole(width)?, self.whole(height)?]))
+    }
+
+    fn word<T: Copy>(&self, names: &[&str], values: &[T]) -> Result<T, Problem> {
+        let at = names.iter().position(|&name| name == self.text);
+        at.and_then(|at| values.get(at).copied()).ok_or_else(|| {
+            self.problem(format!(
+                "must be {}, is {:?}",
+                names.join(" or "),
+                self.text
+            ))
+        })
+    }
+}

@@ -1,0 +1,160 @@
+//! From what was asked to a checked view and checked knobs: one of each alternative, and values
+//! that can be.
+
+use super::super::json::token;
+use super::super::problem::{Kind, Problem};
+use super::request::{Camera, Effects, Lod, Request};
+use crate::geom::{DMat4, DQuat, DVec3, DepthRange, Orientation, Projection, View};
+use crate::lod::RangeLod;
+
+/// How members are named in problems.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Naming {
+    /// `/camera/eye`, in a body.
+    Pointer,
+    /// `eye`, in a query.
+    Parameter,
+}
+
+impl Naming {
+    fn problem(self, group: &str, member: &str, detail: impl Into<String>) -> Problem {
+        let place = match self {
+            Self::Pointer => format!("/{group}/{member}"),
+            Self::Parameter => member.split('/').next().unwrap_or_default().to_owned(),
+        };
+        Problem::new(Kind::ImpossibleValue, detail).at(place)
+    }
+}
+
+impl Request {
+    /// The view and the knobs.
+    ///
+    /// # Errors
+    /// 422 for alternatives that exclude each other or are all missing, and for values that
+    /// cannot be.
+    pub fn resolve(&self, naming: Naming) -> Result<(View, RangeLod), Problem> {
+        let view = self.camera.view(naming)?;
+        let lod = self.lod.knobs(naming)?;
+        self.effects.check(naming)?;
+        Ok((view, lod))
+    }
+}
+
+impl Camera {
+    fn view(&self, naming: Naming) -> Result<View, Problem> {
+        self.exclude(naming)?;
+        let eye = DVec3::from_array(self.eye.0);
+        let viewport = self
+            .viewport
+            .map_or([1920, 1080], |v| v.0.map(|side| side.0));
+        let view = if let Some(matrix) = &self.view_projection {
+            View::from_matrix(DMat4::from_cols_array(&matrix.0), eye, viewport)
+        } else {
+            let depth = DepthRange {
+                near: self.near.unwrap_or(0.1),
+                far: self.far.flatten(),
+            };
+            let orientation = self.orientation(naming)?;
+            View::new(eye, orientation, self.projection(), depth, viewport)
+        };
+        view.map_err(|error| {
+            let member = match error.field {
+                "left" => "off_axis/0",
+                "bottom" => "off_axis/2",
+                field => field,
+            };
+            naming.problem("camera", member, error.reason)
+        })
+    }
+
+    /// Refuses members that would overrule each other.
+    fn exclude(&self, naming: Naming) -> Result<(), Problem> {
+        let target = ("target", self.target.is_some());
+        let up = ("up", self.up.is_some());
+        let quaternion = ("quaternion", self.quaternion.is_some());
+        let fov = ("fov_y_deg", self.fov_y_deg.is_some());
+        let orthographic = (
+            "orthographic_height_m",
+            self.orthographic_height_m.is_some(),
+        );
+        let off_axis = ("off_axis", self.off_axis.is_some());
+        let near = ("near", self.near.is_some());
+        let far = ("far", self.far.is_some());
+        let matrix = ("view_projection", self.view_projection.is_some());
+        let rivals = [
+            (quaternion, &[target, up][..]),
+            (orthographic, &[fov]),
+            (off_axis, &[fov, orthographic]),
+            (
+                matrix,
+                &[
+                    target,
+                    up,
+                    quaternion,
+                    fov,
+                    orthographic,
+                    off_axis,
+                    near,
+                    far,
+                ],
+            ),
+        ];
+        for ((member, given), others) in rivals {
+            if let Some((other, _)) = others.iter().find(|(_, also)| given && *also) {
+                let detail = format!("cannot stand beside {other}: give one of them");
+                return Err(naming.problem("camera", member, detail));
+            }
+        }
+        Ok(())
+    }
+
+    fn orientation(&self, naming: Naming) -> Result<Orientation, Problem> {
+        match (self.quaternion, self.target) {
+            (Some(quaternion), _) => Ok(Orientation::Quaternion(DQuat::from_array(quaternion.0))),
+            (None, Some(target)) => Ok(Orientation::LookAt {
+                target: DVec3::from_array(target.0),
+                up: self.up.map_or(DVec3::Z, |up| DVec3::from_array(up.0)),
+            }),
+            (None, None) => {
+                let detail = "missing: give target, quaternion or view_projection";
+                Err(naming.problem("camera", "target", detail))
+            }
+        }
+    }
+
+    fn projection(&self) -> Projection {
+        if let Some(height_m) = self.orthographic_height_m {
+            return Projection::Orthographic { height_m };
+        }
+        if let Some(window) = self.off_axis {
+            let [left, right, bottom, top] = window.0;
+            return Projection::OffAxis {
+                left,
+                right,
+                bottom,
+                top,
+            };
+        }
+        Projection::Perspective {
+            fov_y_deg: self.fov_y_deg.unwrap_or(60.0),
+        }
+    }
+}
+
+impl Lod {
+    fn knobs(&self, naming: Naming) -> Result<RangeLod, Problem> {
+        let far_dist = self.far_dist_m.unwrap_or(f64::INFINITY);
+        RangeLod::new(far_dist, self.dist_factor, self.levels.0, self.beyond)
+            .map_err(|error| naming.problem("lod", error.field, error.reason))
+    }
+}
+
+impl Effects {
+    fn check(&self, naming: Naming) -> Result<(), Problem> {
+        let Some(name) = self.names.first() else {
+            return Ok(());
+        };
+        let detail = format!("the scene does not declare the effect {name:?}");
+        Err(naming.problem("effects", &token(name), detail))
+    }
+}

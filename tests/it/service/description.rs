@@ -1,0 +1,123 @@
+use std::collections::BTreeSet;
+
+use citylod::service::{OPENAPI, ROUTES};
+use serde_json::Value;
+
+use super::server::Running;
+
+fn description() -> Value {
+    serde_saphyr::from_str(OPENAPI).unwrap()
+}
+
+const METHODS: [&str; 8] = [
+    "get", "put", "post", "delete", "options", "head", "patch", "trace",
+];
+
+fn operations(description: &Value) -> Vec<(String, String, &Value)> {
+    let paths = description["paths"].as_object().unwrap();
+    let mut operations = Vec::new();
+    for (path, item) in paths {
+        for (method, operation) in item.as_object().unwrap() {
+            if METHODS.contains(&method.as_str()) {
+                operations.push((method.to_uppercase(), path.clone(), operation));
+            }
+        }
+    }
+    operations
+}
+
+#[test]
+fn the_description_and_the_routes_agree() {
+    let description = description();
+    let described: BTreeSet<(String, String)> = operations(&description)
+        .into_iter()
+        .map(|(method, path, _)| (method, path))
+        .collect();
+    let routed: BTreeSet<(String, String)> = ROUTES
+        .iter()
+        .map(|route| (route.verb.name().to_owned(), route.path.to_owned()))
+        .collect();
+    assert_eq!(described, routed);
+    assert_eq!(
+        description["info"]["version"],
+        env!("CARGO_PKG_VERSION"),
+        "of description and package"
+    );
+}
+
+#[test]
+fn the_description_is_served_as_it_is() {
+    let reply = Running::new().get("/api");
+    assert_eq!(String::from_utf8(reply.body).unwrap(), OPENAPI);
+}
+
+#[test]
+fn every_reference_in_the_description_leads_somewhere() {
+    fn walk<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
+        match value {
+            Value::Object(members) => {
+                found.extend(members.get("$ref").and_then(Value::as_str));
+                members.values().for_each(|v| walk(v, found));
+            }
+            Value::Array(items) => items.iter().for_each(|v| walk(v, found)),
+            _ => {}
+        }
+    }
+    let description = description();
+    let mut references = Vec::new();
+    walk(&description, &mut references);
+    assert!(references.len() > 50);
+    for reference in references {
+        let pointer = reference.strip_prefix('#').unwrap();
+        assert!(description.pointer(pointer).is_some(), "{reference}");
+    }
+}
+
+#[test]
+fn every_example_in_the_description_works() {
+    let service = Running::new();
+    let description = description();
+    let mut tried = 0;
+    for (method, path, operation) in operations(&description) {
+        let path = path.replace("{scene}", "demo");
+        if method == "POST" {
+            let content = &operation["requestBody"]["content"]["application/json"];
+            for (name, example) in content["examples"].as_object().unwrap() {
+                let body = example["value"].to_string();
+                let reply = service.send(
+                    "POST",
+                    &path,
+                    &[("Content-Type", "application/json")],
+                    body.as_bytes(),
+                );
+                let text = String::from_utf8_lossy(&reply.body);
+                assert_eq!(reply.status, 200, "{name}: {text}");
+                assert!(
+                    reply.json()["count"].as_u64() > Some(0),
+                    "{name} shows nothing"
+                );
+                tried += 1;
+            }
+        } else if let Some(parameters) = operation["parameters"].as_array() {
+            let query: Vec<String> = parameters
+                .iter()
+                .filter(|parameter| !parameter["example"].is_null())
+                .map(|parameter| {
+                    let value = match &parameter["example"] {
+                        Value::Array(items) => {
+                            let items: Vec<String> = items.iter().map(Value::to_string).collect();
+                            items.join(",")
+                        }
+                        Value::String(text) => text.clone(),
+                        other => other.to_string(),
+                    };
+                    format!("{}={value}", parameter["name"].as_str().unwrap())
+                })
+                .collect();
+            let reply = service.get(&format!("{path}?{}", query.join("&")));
+            assert_eq!(reply.status, 200, "{path}");
+            tried += 1;
+        }
+    }
+    assert!(tried >= 9, "{tried} examples");
+}

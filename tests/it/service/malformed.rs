@@ -1,0 +1,495 @@
+use super::server::Running;
+
+/// Body, status, pointer.
+const BODIES: &[(&str, u16, &str)] = &[
+    // Not JSON.
+    ("", 400, ""),
+    ("   ", 400, ""),
+    ("camera", 400, ""),
+    (r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}"#, 400, ""),
+    (r#"{"camera":{"eye":[0,0,1],"tar"#, 400, "/camera"),
+    (
+        r#"{"camera":{"eye":[NaN,0,1],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye/0",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-Infinity,1],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye/1",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,01],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye/2",
+    ),
+    (r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}} {}"#, 400, ""),
+    ("{'camera':{}}", 400, ""),
+    // Out of f64.
+    (
+        r#"{"camera":{"eye":[0,1e999,1],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye/1",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]},"lod":{"far_dist_m":-1e999}}"#,
+        400,
+        "/lod/far_dist_m",
+    ),
+    // Wrong types.
+    ("null", 400, ""),
+    ("[]", 400, ""),
+    ("17", 400, ""),
+    (r#""camera""#, 400, ""),
+    (r#"{"camera":[[0,0,1],[0,0,0]]}"#, 400, "/camera"),
+    (
+        r#"{"camera":{"eye":[0,"1",1],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye/1",
+    ),
+    (
+        r#"{"camera":{"eye":[0,null,1],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye/1",
+    ),
+    (
+        r#"{"camera":{"eye":{"x":0},"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,0,1],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":null}}"#,
+        400,
+        "/camera/target",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0],"fov_y_deg":"60"}}"#,
+        400,
+        "/camera/fov_y_deg",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0],"near":null}}"#,
+        400,
+        "/camera/near",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0],"viewport":[1920.5,1080]}}"#,
+        400,
+        "/camera/viewport/0",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0],"viewport":[1920,-1080]}}"#,
+        400,
+        "/camera/viewport/1",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"view_projection":[1,0,0,0]}}"#,
+        400,
+        "/camera/view_projection",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":[]}"#,
+        400,
+        "/lod",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":null}"#,
+        400,
+        "/lod",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"error"}}"#,
+        400,
+        "/lod/mode",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"budget"}}"#,
+        400,
+        "/lod/mode",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":{"range":null}}}"#,
+        400,
+        "/lod/mode",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"beyond":"fade"}}"#,
+        400,
+        "/lod/beyond",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"levels":1.5}}"#,
+        400,
+        "/lod/levels",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"dist_factor":null}}"#,
+        400,
+        "/lod/dist_factor",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"output":{"form":"xml"}}"#,
+        400,
+        "/output/form",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"output":"ids"}"#,
+        400,
+        "/output",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"effects":[]}"#,
+        400,
+        "/effects",
+    ),
+    // Missing, unknown, twice.
+    ("{}", 400, "/camera"),
+    (r#"{"camera":{"target":[0,0,0]}}"#, 400, "/camera/eye"),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"cam":1}"#,
+        400,
+        "/cam",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"fov":60}}"#,
+        400,
+        "/camera/fov",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"a/b~":1}}"#,
+        400,
+        "/lod/a~1b~0",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"feedback":{"target_ms":16}}"#,
+        400,
+        "/feedback",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"eye":[0,0,2],"target":[0,0,0]}}"#,
+        400,
+        "/camera/eye",
+    ),
+    // Alternatives that exclude each other, or none of them.
+    (r#"{"camera":{"eye":[0,0,1]}}"#, 422, "/camera/target"),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0],"quaternion":[0,0,0,1]}}"#,
+        422,
+        "/camera/quaternion",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"up":[0,0,1],"quaternion":[0,0,0,1]}}"#,
+        422,
+        "/camera/quaternion",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"fov_y_deg":60,"orthographic_height_m":5}}"#,
+        422,
+        "/camera/orthographic_height_m",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"fov_y_deg":60,"off_axis":[-1,1,-1,1]}}"#,
+        422,
+        "/camera/off_axis",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"near":1,"view_projection":[1,0,0,0,0,1,0,0,0,0,-1,-1,0,0,0,1]}}"#,
+        422,
+        "/camera/view_projection",
+    ),
+    // Values that cannot be.
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,1]}}"#,
+        422,
+        "/camera/target",
+    ),
+    (
+        r#"{"camera":{"eye":[1e308,0,1],"target":[-1e308,0,1]}}"#,
+        422,
+        "/camera/target",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}}"#,
+        422,
+        "/camera/up",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[1,0,1],"up":[-2,0,0]}}"#,
+        422,
+        "/camera/up",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[1,0,1],"up":[0,0,0]}}"#,
+        422,
+        "/camera/up",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"quaternion":[0,0,0,0]}}"#,
+        422,
+        "/camera/quaternion",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"fov_y_deg":0}}"#,
+        422,
+        "/camera/fov_y_deg",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"fov_y_deg":180}}"#,
+        422,
+        "/camera/fov_y_deg",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"fov_y_deg":-60}}"#,
+        422,
+        "/camera/fov_y_deg",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"near":0}}"#,
+        422,
+        "/camera/near",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"near":10,"far":10}}"#,
+        422,
+        "/camera/far",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"near":10,"far":1}}"#,
+        422,
+        "/camera/far",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"viewport":[0,1080]}}"#,
+        422,
+        "/camera/viewport",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"orthographic_height_m":-5}}"#,
+        422,
+        "/camera/orthographic_height_m",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"off_axis":[1,-1,-1,1]}}"#,
+        422,
+        "/camera/off_axis/0",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"off_axis":[-1,1,1,1]}}"#,
+        422,
+        "/camera/off_axis/2",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"view_projection":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0]}}"#,
+        422,
+        "/camera/view_projection",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"far_dist_m":-1}}"#,
+        422,
+        "/lod/far_dist_m",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"dist_factor":0.99}}"#,
+        422,
+        "/lod/dist_factor",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"levels":0}}"#,
+        422,
+        "/lod/levels",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"effects":{"motion":{"speed_mps":20}}}"#,
+        422,
+        "/effects/motion",
+    ),
+];
+
+/// Query, status, parameter.
+const QUERIES: &[(&str, u16, &str)] = &[
+    ("", 400, "eye"),
+    ("target=0,0,0", 400, "eye"),
+    ("eye=0,0,1", 422, "target"),
+    ("eye=0,0&target=0,0,0", 400, "eye"),
+    ("eye=0,0,1,2&target=0,0,0", 400, "eye"),
+    ("eye=0,NaN,1&target=0,0,0", 400, "eye"),
+    ("eye=0,1e999,1&target=0,0,0", 400, "eye"),
+    ("eye=0,inf,1&target=0,0,0", 400, "eye"),
+    ("eye=0,,1&target=0,0,0", 400, "eye"),
+    ("eye=0,-9,1&target=0,0,0&eye=0,0,2", 400, "eye"),
+    ("eye=0,-9,1&target=0,0,0&fov=60", 400, "fov"),
+    ("eye=0,-9,1&target=0,0,0&fov_y_deg=wide", 400, "fov_y_deg"),
+    ("eye=0,-9,1&target=0,0,0&fov_y_deg=180", 422, "fov_y_deg"),
+    ("eye=0,-9,1&target=0,0,0&viewport=1920", 400, "viewport"),
+    ("eye=0,-9,1&target=0,0,0&viewport=1920x-1", 400, "viewport"),
+    (
+        "eye=0,-9,1&target=0,0,0&off_axis=1,-1,-1,1",
+        422,
+        "off_axis",
+    ),
+    (
+        "eye=0,-9,1&target=0,0,0&quaternion=0,0,0,1",
+        422,
+        "quaternion",
+    ),
+    ("eye=0,-9,1&target=0,0,0&mode=error", 400, "mode"),
+    ("eye=0,-9,1&target=0,0,0&levels=0", 422, "levels"),
+    ("eye=0,-9,1&target=0,0,0&levels=two", 400, "levels"),
+    ("eye=0,-9,1&target=0,0,0&form=", 400, "form"),
+];
+
+#[test]
+fn malformed_requests_name_the_member_at_fault() {
+    let service = Running::new();
+    let mut wrong = Vec::new();
+    let mut check = |what: &str, reply: super::server::Reply, status: u16, pointer: &str| {
+        let document = reply.json();
+        let found = (
+            reply.status,
+            document["pointer"].as_str().map(str::to_owned),
+        );
+        if found != (status, Some(pointer.to_owned())) {
+            wrong.push(format!(
+                "{what}\n  expected {status} {pointer}, got {document}"
+            ));
+        } else {
+            reply.problem(status);
+        }
+    };
+    for &(body, status, pointer) in BODIES {
+        check(body, service.visible("demo", body), status, pointer);
+    }
+    for &(query, status, parameter) in QUERIES {
+        let path = format!("/collections/demo/visible?{query}");
+        check(query, service.get(&path), status, parameter);
+    }
+    for (query, status, parameter) in [
+        ("start=-1", 400, "start"),
+        ("start=x", 400, "start"),
+        ("start=3001", 422, "start"),
+        ("end=3001", 422, "end"),
+        ("start=20&end=10", 422, "end"),
+        ("start=1&start=2", 400, "start"),
+        ("from=1", 400, "from"),
+    ] {
+        let path = format!("/collections/demo/boxes?{query}");
+        check(query, service.get(&path), status, parameter);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    // After all that it still answers.
+    assert_eq!(service.get("/health").json()["status"], "ok");
+}
+
+#[test]
+fn what_is_not_json_is_located_by_line_and_column() {
+    let service = Running::new();
+    let body = "{\n  \"camera\": {\n    \"eye\": [0, 0, oops]\n  }\n}";
+    let document = service.visible("demo", body).problem(400);
+    assert_eq!(document["line"], 3);
+    assert!((18..=20).contains(&document["column"].as_u64().unwrap()));
+    assert_eq!(document["pointer"], "/camera/eye/2");
+}
+
+#[test]
+fn deep_nesting_is_refused() {
+    let service = Running::new();
+    for open in ["[", "{\"camera\":", "{\"effects\":{\"a\":"] {
+        service.visible("demo", &open.repeat(3_000)).problem(400);
+    }
+    let effects = format!(
+        r#"{{"camera":{{"eye":[0,-9,1],"target":[0,0,0]}},"effects":{{"a":{}{}}}}}"#,
+        "[".repeat(10_000),
+        "]".repeat(10_000)
+    );
+    service.visible("demo", &effects).problem(400);
+}
+
+#[test]
+fn whole_numbers_may_be_written_with_a_point() {
+    let service = Running::new();
+    let body = r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0],"viewport":[1920.0,1.08e3]},"lod":{"levels":4.0}}"#;
+    assert_eq!(service.visible("demo", body).status, 200);
+}
+
+#[test]
+fn addresses_that_lead_nowhere_get_problem_documents() {
+    let service = Running::new();
+    let camera = br#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]}}"#;
+    let json = [("Content-Type", "application/json")];
+    for path in [
+        "/nowhere",
+        "/collections/",
+        "/collections/demo/",
+        "/collections/demo/items",
+        "/collections/demo/items/",
+        "/collections/atlantis",
+        "/collections/atlantis/boxes",
+        "/collections/atlantis/plan.svg",
+        "/collections/atlantis/items/b-0000001",
+        "/collections/atlantis/visible?eye=0,-9,1&target=0,0,0",
+        "/collections/demo/items/b-9999999",
+        "/collections/demo/items/%E6%9D%B1",
+        "/collections/demo/items/%FF",
+        "/collections/%FF",
+        "/collections/demo%00",
+    ] {
+        service.get(path).problem(404);
+    }
+    let reply = service.send("POST", "/collections/atlantis/visible", &json, camera);
+    assert_eq!(reply.problem(404)["pointer"], "scene");
+    let reply = service.get("/collections/demo/items/b-9999999");
+    assert_eq!(reply.problem(404)["pointer"], "id");
+}
+
+#[test]
+fn other_methods_are_told_which_there_are() {
+    let service = Running::new();
+    for (method, path, allowed) in [
+        ("POST", "/", "GET,HEAD"),
+        ("DELETE", "/collections", "GET,HEAD"),
+        ("PUT", "/collections/demo", "GET,HEAD"),
+        ("PATCH", "/collections/demo/visible", "GET,HEAD,POST"),
+        ("DELETE", "/collections/demo/items/b-0000001", "GET,HEAD"),
+        ("OPTIONS", "/collections/demo/boxes", "GET,HEAD"),
+        ("BREW", "/health", "GET,HEAD"),
+    ] {
+        let reply = service.send(method, path, &[], b"");
+        reply.problem(405);
+        let mut allow: Vec<&str> = reply.header("allow").unwrap().split(',').collect();
+        allow.sort_unstable();
+        assert_eq!(allow.join(","), allowed, "{method} {path}");
+    }
+}
+
+#[test]
+fn bodies_of_other_types_are_refused() {
+    let service = Running::new();
+    let camera = br#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]}}"#;
+    let path = "/collections/demo/visible";
+    for (content_type, status) in [
+        ("application/json", 200),
+        ("application/json; charset=utf-8", 200),
+        ("Application/JSON", 200),
+        ("application/x-www-form-urlencoded", 415),
+        ("text/plain", 415),
+        ("application/jsonx", 415),
+        ("multipart/form-data; boundary=x", 415),
+    ] {
+        let reply = service.send("POST", path, &[("Content-Type", content_type)], camera);
+        assert_eq!(reply.status, status, "{content_type}");
+        if status == 415 {
+            assert_eq!(reply.problem(415)["pointer"], "Content-Type");
+        }
+    }
+    assert_eq!(service.send("POST", path, &[], camera).status, 200);
+}

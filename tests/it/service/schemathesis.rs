@@ -1,0 +1,57 @@
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::server::Running;
+
+/// From the environment, from `.venv` (where `make test` puts it), or from the path.
+fn tool() -> Option<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let candidates = [
+        std::env::var_os("SCHEMATHESIS").map(PathBuf::from),
+        Some(root.join(".venv/bin/schemathesis")),
+        Some(PathBuf::from("schemathesis")),
+    ];
+    candidates.into_iter().flatten().find(|tool| {
+        let version = Command::new(tool).arg("--version").output();
+        version.is_ok_and(|output| output.status.success())
+    })
+}
+
+#[test]
+fn schemathesis_finds_no_failure() {
+    let Some(tool) = tool() else {
+        eprintln!("skipped: schemathesis is not installed");
+        return;
+    };
+    let service = Running::new();
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    std::fs::copy(
+        root.join("schemathesis.toml"),
+        folder.path().join("schemathesis.toml"),
+    )
+    .unwrap();
+    // In a folder of its own, so that what it remembers does not decide what it tries.
+    let output = Command::new(tool)
+        .current_dir(folder.path())
+        .args([
+            "run",
+            "--checks",
+            "all",
+            "--seed",
+            "1",
+            "--max-examples",
+            "40",
+        ])
+        .args(["--no-color", "--generation-database", ":memory:"])
+        .arg(format!("http://{}/api", service.address))
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert_eq!(service.get("/health").status, 200);
+}
