@@ -1,5 +1,6 @@
 //! The command line, as typed and checked.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -27,6 +28,8 @@ pub(super) enum Command {
     Info(InfoArgs),
     /// Find the objects a camera calls for
     Query(QueryArgs),
+    /// Answer over HTTP; without a file, for the built-in demo city
+    Serve(ServeArgs),
     /// Measure and plot: far-dist, scaling or all
     Experiment(ExperimentArgs),
 }
@@ -126,6 +129,35 @@ pub(super) struct QueryArgs {
     /// As JSON, like the HTTP service
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct ServeArgs {
+    /// Cities to serve, each under the name of its file
+    pub files: Vec<PathBuf>,
+    /// Address and port; port 0 picks a free one
+    #[arg(long, default_value = "127.0.0.1:8080")]
+    pub listen: SocketAddr,
+    /// Longest request body
+    #[arg(long, default_value_t = 64 * 1024)]
+    pub max_body_bytes: usize,
+    /// Longest time a request may take to arrive
+    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub timeout_ms: u64,
+    /// Most requests in work at once; more are answered 503
+    #[arg(long, default_value_t = 256, value_parser = at_least_one)]
+    pub max_concurrency: usize,
+    /// Most connections; more wait
+    #[arg(long, default_value_t = 4096, value_parser = at_least_one)]
+    pub max_connections: usize,
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("must be at least 1".into()),
+        Ok(number) => Ok(number),
+        Err(_) => Err("expected a whole number".into()),
+    }
 }
 
 #[derive(Debug, clap::Args)]

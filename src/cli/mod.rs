@@ -8,6 +8,7 @@ mod import;
 mod info;
 mod progress;
 mod query;
+mod serve;
 
 use std::process::ExitCode;
 
@@ -22,6 +23,7 @@ pub fn run() -> ExitCode {
         Command::Generate(args) => generate::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Query(args) => query::run(&args),
+        Command::Serve(args) => serve::run(&args),
         Command::Experiment(args) => experiment::run(&args),
     };
     match result {

@@ -1,0 +1,58 @@
+use anyhow::{Context, Result};
+use tracing_subscriber::EnvFilter;
+
+use super::args::ServeArgs;
+use super::progress;
+use crate::index::{self, LodTree, Promotion};
+use crate::scene::{CityParams, generate};
+use crate::service::{Config, Scenes, serve};
+
+/// Name of the city that is served when none is given.
+const DEMO: &str = "demo";
+/// As many objects as in Gong's test.
+const DEMO_OBJECTS: u32 = 23_951;
+
+pub(super) fn run(args: &ServeArgs) -> Result<()> {
+    tracing_subscriber::fmt()
+        .with_env_filter(EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into()))
+        .with_writer(std::io::stderr)
+        .init();
+    let config = Config {
+        listen: args.listen,
+        max_body_bytes: args.max_body_bytes,
+        timeout: std::time::Duration::from_millis(args.timeout_ms),
+        max_concurrency: args.max_concurrency,
+        max_connections: args.max_connections,
+        ..Config::default()
+    };
+    let scenes = scenes(args)?;
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .context("cannot start the service")?;
+    runtime.block_on(serve(config, scenes, |text| eprint!("{text}")))?;
+    Ok(())
+}
+
+fn scenes(args: &ServeArgs) -> Result<Scenes> {
+    let spinner = progress::spinner();
+    let mut scenes = Scenes::new();
+    for file in &args.files {
+        spinner.set_message(format!("opening {}", file.display()));
+        let tree = LodTree::open_verified(file)?;
+        let name = Scenes::name_of(file)?;
+        scenes
+            .insert(name, tree)
+            .with_context(|| file.display().to_string())?;
+    }
+    if scenes.is_empty() {
+        spinner.set_message("building the demo city");
+        let city = generate(&CityParams {
+            objects: DEMO_OBJECTS,
+            seed: 1,
+        });
+        scenes.insert(DEMO, index::build(&city, Promotion::default())?)?;
+    }
+    spinner.finish_and_clear();
+    Ok(scenes)
+}
