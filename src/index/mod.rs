@@ -12,6 +12,7 @@ mod error;
 mod file;
 mod hierarchy;
 mod image;
+mod outward;
 mod pack;
 mod promotion;
 mod replace;

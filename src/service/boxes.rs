@@ -117,15 +117,10 @@ impl Wanted {
 }
 
 fn encode(tree: &LodTree, range: Range<u32>) -> Vec<u8> {
-    let boxes = tree.arrays().objects;
-    let Range { start, end } = range;
     let mut out = Vec::with_capacity(range.len() * 24);
-    for at in ((start & !7)..end).step_by(8) {
-        let lanes = boxes.eight(at).unwrap_or([&[0.0; 8]; 6]);
-        for slot in start.max(at) - at..end.min(at + 8) - at {
-            for lane in lanes {
-                out.extend_from_slice(&lane[slot as usize].to_le_bytes());
-            }
+    for corners in range.filter_map(|object| tree.relative_box(object)) {
+        for corner in corners {
+            out.extend_from_slice(&corner.to_le_bytes());
         }
     }
     out
