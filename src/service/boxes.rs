@@ -117,16 +117,37 @@ impl Wanted {
 }
 
 fn encode(tree: &LodTree, range: Range<u32>) -> Vec<u8> {
-    let boxes = tree.arrays().objects;
-    let Range { start, end } = range;
+    let origin = tree.origin().to_array();
+    let boxes = tree.arrays().object_boxes;
+    let boxes = boxes.get(range.start as usize..range.end as usize);
     let mut out = Vec::with_capacity(range.len() * 24);
-    for at in ((start & !7)..end).step_by(8) {
-        let lanes = boxes.eight(at).unwrap_or([&[0.0; 8]; 6]);
-        for slot in start.max(at) - at..end.min(at + 8) - at {
-            for lane in lanes {
-                out.extend_from_slice(&lane[slot as usize].to_le_bytes());
-            }
+    for &[x0, y0, z0, x1, y1, z1] in boxes.unwrap_or_default() {
+        let [x, y, z] = origin;
+        for corner in [
+            at_most(x0, x),
+            at_most(y0, y),
+            at_most(z0, z),
+            -at_most(-x1, -x),
+            -at_most(-y1, -y),
+            -at_most(-z1, -z),
+        ] {
+            out.extend_from_slice(&corner.to_le_bytes());
         }
     }
     out
+}
+
+/// The largest f32 that is not above `value − origin`, or the one below it.
+fn at_most(value: f64, origin: f64) -> f32 {
+    let difference = value - origin;
+    // What the subtraction lost (Knuth's two-sum).
+    let part = difference - value;
+    let lost = (value - (difference - part)) - (origin + part);
+    let rounded = difference as f32;
+    let above = f64::from(rounded) > difference;
+    if above || (f64::from(rounded) == difference && lost < 0.0) {
+        rounded.next_down()
+    } else {
+        rounded
+    }
 }

@@ -76,7 +76,7 @@ fn districts(tree: &LodTree) -> Vec<Aabb> {
         .map(|level| level[0]..level[1])
         .find(|nodes| nodes.len() <= MOST_DISTRICTS as usize)
         .unwrap_or(0..0);
-    let corners = arrays.nodes.exact;
+    let corners = arrays.node_boxes;
     nodes
         .filter_map(|node| corners.get(node as usize))
         .map(|c| Aabb::around([DVec3::new(c[0], c[1], c[2]), DVec3::new(c[3], c[4], c[5])]))
