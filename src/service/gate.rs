@@ -18,16 +18,20 @@ use axum::response::{IntoResponse, Response};
 use tower::ServiceExt;
 use tower_http::CompressionLevel;
 use tower_http::compression::Compression;
+use tower_http::compression::predicate::SizeAbove;
 
 use super::config::Config;
 use super::cors;
 use super::problem::{Kind, Problem};
 
+/// Shorter bodies fit a packet as they are, bytes.
+const WORTH_COMPRESSING: u64 = 1024;
+
 /// A router behind its limits.
 #[derive(Clone)]
 pub struct Gate {
     router: Router,
-    compressed: Compression<Router>,
+    compressed: Compression<Router, SizeAbove>,
     in_work: Arc<AtomicUsize>,
     max_concurrency: usize,
     timeout: Duration,
@@ -37,7 +41,9 @@ impl Gate {
     /// Puts the router behind the limits of the configuration.
     pub fn new(router: Router, config: &Config) -> Self {
         Self {
-            compressed: Compression::new(router.clone()).quality(CompressionLevel::Fastest),
+            compressed: Compression::new(router.clone())
+                .quality(CompressionLevel::Fastest)
+                .compress_when(SizeAbove::new(WORTH_COMPRESSING)),
             router,
             in_work: Arc::default(),
             max_concurrency: config.max_concurrency,

@@ -1,5 +1,5 @@
 use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
-use citylod::lod::{Beyond, RangeLod, Selection, retrieve};
+use citylod::lod::{RangeLod, Selection, retrieve};
 use serde_json::{Value, json};
 
 use super::server::{ODD_IDS, Reply, Running, demo};
@@ -219,7 +219,10 @@ fn a_scene_without_objects_answers_too() {
 #[test]
 fn any_id_can_be_asked_for() {
     let service = Running::new();
-    let encode = |text: &str| -> String { text.bytes().map(|b| format!("%{b:02X}")).collect() };
+    let encode = |text: &str| {
+        percent_encoding::percent_encode(text.as_bytes(), percent_encoding::NON_ALPHANUMERIC)
+            .to_string()
+    };
     for id in ODD_IDS {
         let path = format!("/collections/odd%20%C3%B6/items/{}", encode(id));
         let reply = service.get(&path);
@@ -450,6 +453,7 @@ fn compressed_answers_say_the_same() {
     assert_eq!(reply.header("content-encoding"), None);
     let tiny = service.send("GET", "/nowhere", &gzip, b"");
     tiny.problem(404);
+    assert_eq!(tiny.header("content-encoding"), None);
 }
 
 #[test]
