@@ -275,6 +275,20 @@ impl LodTree {
         }
     }
 
+    /// Appends the ids of many ranges of objects, as [`LodTree::ids_json`] gives them.
+    pub fn append_ids_json(&self, ranges: &[Range<u32>], out: &mut Vec<u8>) {
+        let starts: &[u64] = self.image.slice(Section::IdStarts);
+        let ids = self.image.section(Section::Ids);
+        let text = |range: &Range<u32>| {
+            let start = *starts.get(range.start as usize)? as usize;
+            let end = *starts.get(range.end as usize)? as usize;
+            ids.get(start..end)
+        };
+        let texts = || ranges.iter().filter_map(text);
+        out.reserve(texts().map(<[u8]>::len).sum());
+        texts().for_each(|text| out.extend_from_slice(text));
+    }
+
     /// The id of an object.
     pub fn id(&self, object: u32) -> Option<Cow<'_, str>> {
         let quoted = self
