@@ -71,15 +71,11 @@ fn katsushika_footprints_become_a_sound_tree() {
 }
 
 #[test]
-fn tiles_of_sibbe_make_one_earth_centred_city() {
+fn tiles_of_sibbe_make_one_city() {
     let tiles = ["1_1_0", "2_2_3", "2_3_2"].map(|t| format!("glb/3dbag-sibbe/content/{t}.glb"));
     let Some(tree) = city(&tiles.each_ref().map(String::as_str), 23 + 220 + 171) else {
         return;
     };
-    assert!(
-        tree.bounds().center().length() > 6.3e6,
-        "from the middle of the earth"
-    );
     assert!(tree.bounds().radius() < 5e3);
 }
 
