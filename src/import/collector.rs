@@ -5,7 +5,7 @@ use std::sync::Arc;
 use compact_str::CompactString;
 
 use super::{ImportError, Imported, Place, Source};
-use crate::scene::{Scene, SceneObject};
+use crate::scene::{Renamed, Scene, SceneObject};
 
 /// Something in a usable file that was changed or left out.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,10 +79,25 @@ impl Collector {
         });
     }
 
-    pub(super) fn finish(self) -> Imported {
+    pub(super) fn finish(mut self) -> Imported {
+        let renamed = if self.ids_repeat() {
+            self.scene.canonicalize()
+        } else {
+            Vec::new() // objects stay in file order
+        };
+        for Renamed { from, to } in renamed {
+            let what = format!("its id is taken; imported as {to:?}");
+            self.warn(Some(&from), Place::File, what);
+        }
         Imported {
             scene: self.scene,
             warnings: self.warnings,
         }
+    }
+
+    fn ids_repeat(&self) -> bool {
+        let mut ids: Vec<&str> = self.scene.objects.iter().map(|o| o.id.as_str()).collect();
+        ids.sort_unstable();
+        ids.windows(2).any(|pair| pair[0] == pair[1])
     }
 }

@@ -53,7 +53,8 @@ pub type Progress<'a> = dyn Fn(u64, u64) + 'a;
 /// A scene and what could not be taken over as it was.
 #[derive(Debug)]
 pub struct Imported {
-    /// Everything that has geometry, ids made unique.
+    /// Everything that has geometry, in file order. Where ids repeat they are made unique, each
+    /// with a warning, and the objects put in the order of their ids.
     pub scene: Scene,
     /// One for each object or feature that was changed or left out, in file order.
     pub warnings: Vec<Warning>,

@@ -7,7 +7,8 @@ use memmap2::Mmap;
 use rayon::prelude::*;
 
 use super::file::{
-    ALIGNMENT, Counts, Damage, HEAD, Header, MAGIC, MOST_LEVELS, Section, TableEntry, VERSION,
+    ALIGNMENT, Block, Counts, Damage, HEAD, Header, MAGIC, MOST_LEVELS, Section, TableEntry,
+    VERSION,
 };
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -149,6 +150,9 @@ fn parse(bytes: &[u8]) -> Result<Parsed, Refusal> {
             (Section::AttributeStarts, None) => {
                 entry.length == 0 || entry.length == (u64::from(counts.objects) + 1) * 8
             }
+            (Section::ChildBlocks | Section::OwnBlocks, None) => {
+                entry.length.is_multiple_of(size_of::<Block>() as u64)
+            }
             (_, None) => true,
         };
         if !allowed {
@@ -166,7 +170,28 @@ fn parse(bytes: &[u8]) -> Result<Parsed, Refusal> {
         let reason = format!("{} bytes long instead of {free}", bytes.len());
         return Err(damaged("header", reason));
     }
+    let levels = &bytes[sections[Section::Levels as usize].clone()];
+    if !levels_hold_together(levels, &counts) {
+        let reason = "levels are not ranges of nodes and objects".into();
+        return Err(damaged(&Section::Levels.name(), reason));
+    }
     Ok((header, sections))
+}
+
+/// Whether nodes and objects fall into ranges by level, the first node into one of its own. So
+/// that a walk that keeps to them ends, whatever else is damaged.
+fn levels_hold_together(levels: &[u8], counts: &Counts) -> bool {
+    let starts: Vec<u32> = levels
+        .chunks_exact(size_of::<u32>())
+        .map(bytemuck::pod_read_unaligned)
+        .collect();
+    let (nodes, objects) = starts.split_at(starts.len() / 2);
+    let ranges = |starts: &[u32], count| {
+        starts.is_sorted() && starts.first() == Some(&0) && starts.last() == Some(&count)
+    };
+    ranges(nodes, counts.nodes)
+        && ranges(objects, counts.objects)
+        && nodes.get(1).is_none_or(|&end| end == 1)
 }
 
 pub(super) fn counts(header: &Header) -> Counts {

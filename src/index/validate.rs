@@ -161,8 +161,8 @@ impl Check<'_> {
     fn blocks(&mut self) {
         let a = self.tree.arrays();
         let root = self.tree.node_count().min(1);
-        if root == 1 {
-            self.block_of("node", &a.child_blocks[..1], &a.node_boxes[..1], 0);
+        if let (Some(block), Some(exact)) = (a.child_blocks.get(..1), a.node_boxes.get(..1)) {
+            self.block_of("node", block, exact, 0);
         }
         let groups = [
             (

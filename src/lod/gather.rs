@@ -116,7 +116,9 @@ impl Traversal<'_> {
         if planes == 0 {
             return self.selection.add(level, objects);
         }
-        self.stats.objects_tested += objects.end - objects.start;
+        let tested = &mut self.stats.objects_tested;
+        // In a damaged file nodes may share objects.
+        *tested = tested.saturating_add(objects.end - objects.start);
         let blocks = self.arrays.own_blocks;
         let mut first = objects.start;
         for boxes in blocks.get(block as usize..).unwrap_or_default() {

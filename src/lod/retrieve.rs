@@ -41,13 +41,14 @@ pub fn retrieve(tree: &LodTree, view: &View, lod: &RangeLod, selection: &mut Sel
         .map(|distance| filter.threshold(distance))
         .collect();
     let planes = filter.all_planes();
+    let level_starts = tree.arrays().level_nodes.iter();
     let mut traversal = Traversal {
         arrays: tree.arrays(),
         view,
         ranged_levels: far.len() as u32,
         far,
         root,
-        next: vec![0; tree.level_count() as usize],
+        next: level_starts.rev().skip(1).copied().collect(),
         largest_omitted: f32x8::ZERO,
         stats: Stats::default(),
         filter,

@@ -168,14 +168,17 @@ fn a_sequence_is_read_line_by_line() {
 fn names_of_any_kind_survive() {
     let imported = city("names.city.json");
     let ids: Vec<_> = summary(&imported).iter().map(|s| s.0).collect();
-    assert_eq!(ids, ["twice", "twice", "千代田/東~\"京\"", ""]);
+    assert_eq!(ids, ["", "twice", "twice~2", "千代田/東~\"京\""]);
     assert_warnings(
         &imported,
-        &[(
-            "千代田/東~\"京\"",
-            "/CityObjects/千代田~1東~0\"京\"/geometry/0",
-            "1 of its vertex indices out of range, the first 99, with 8 vertices",
-        )],
+        &[
+            (
+                "千代田/東~\"京\"",
+                "/CityObjects/千代田~1東~0\"京\"/geometry/0",
+                "1 of its vertex indices out of range, the first 99, with 8 vertices",
+            ),
+            ("twice", "the file", "imported as \"twice~2\""),
+        ],
     );
     let long = "長".repeat(10_000);
     let text = solid().replace("b1", &long);

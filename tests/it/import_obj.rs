@@ -37,8 +37,8 @@ fn ids(imported: &Imported) -> Vec<&str> {
 #[test]
 fn each_o_is_an_object_in_full_precision() {
     let imported = read("objects.obj");
-    assert_eq!(ids(&imported), ["Rathaus Süd", "Rathaus Süd", "line"]);
-    let [first, second, line] = imported.scene.objects.as_slice() else {
+    assert_eq!(ids(&imported), ["Rathaus Süd", "Rathaus Süd~2", "line"]);
+    let [second, first, line] = imported.scene.objects.as_slice() else {
         panic!("expected three objects");
     };
     assert_eq!(
@@ -69,6 +69,7 @@ fn each_o_is_an_object_in_full_precision() {
         [
             (Some("only vertices"), Place::Line(13, 1)),
             (Some("Rathaus Süd"), Place::Line(18, 1)),
+            (Some("Rathaus Süd"), Place::File), // its id repeats
         ]
     );
 }

@@ -7,6 +7,12 @@
 )]
 #![allow(missing_docs, reason = "tests are not an interface")]
 
+/// The command line as a user meets it: what it writes, prints, refuses and exits with.
+mod command;
+/// A city that is edited keeps its laws and gives the same answers.
+mod edit;
+/// The experiments print, write and state what was asked for.
+mod experiment;
 /// Broken `CityJSON` and `GeoJSON`: what is said of it and where, and that nothing panics.
 mod import_broken_json;
 /// `CityJSON`: what each fixture and each real city comes to.
@@ -19,8 +25,14 @@ mod import_gltf;
 mod import_gltf_malformed;
 /// OBJ becomes the objects and bounds that the file states; broken files name line and column.
 mod import_obj;
+/// What goes into a tree comes back out of its file, whatever it is.
+mod index_content;
+/// `.citylod` files: the same bytes every time, whole or not at all, and safe when damaged.
+mod index_file;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
+/// Real cities, from import to answer.
+mod real_cities;
 /// Retrieval against the transcription and against brute force.
 mod retrieval;
 /// The HTTP service: answers, refusals, limits, description.

@@ -99,7 +99,7 @@ pub struct Camera {
     pub near: f64,
     pub far: Option<f64>,
     pub viewport: [u32; 2],
-    form: Form,
+    pub form: Form,
 }
 
 /// What the camera sees across: tangents of perspective, metres of parallel projection.
@@ -118,7 +118,7 @@ pub enum Window {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Form {
+pub enum Form {
     LookAt { target: DVec3, fov_y_deg: f64 },
     Quaternion { q: DQuat, fov_y_deg: f64 },
     Orthographic { target: DVec3, height: f64 },

@@ -1,0 +1,83 @@
+use serde_json::Value;
+
+use crate::command::Desk;
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key} of {value}"))
+}
+
+#[test]
+fn far_dist_states_counts_and_their_growth() {
+    let desk = Desk::new();
+    let report = desk.json("experiment far-dist --largest 4000 --json --out results/here");
+    let scenes = report["scenes"].as_array().unwrap();
+    let objects: Vec<f64> = scenes.iter().map(|s| number(s, "objects")).collect();
+    assert_eq!(objects, [23_951.0, 4_000.0]);
+    for scene in scenes {
+        let rows = scene["rows"].as_array().unwrap();
+        let dists: Vec<f64> = rows.iter().map(|r| number(r, "far_dist_m")).collect();
+        assert_eq!(dists, [200.0, 300.0, 450.0, 675.0, 1000.0, 1500.0]);
+        assert_eq!(rows[0]["ratio"], Value::Null);
+        let mut ratios = Vec::new();
+        for pair in rows.windows(2) {
+            let ratio = number(&pair[1], "count") / number(&pair[0], "count");
+            assert_eq!(number(&pair[1], "ratio"), ratio);
+            assert!(ratio >= 1.0, "more is drawn with a larger far_dist");
+            ratios.push(ratio);
+        }
+        let mean = ratios.iter().sum::<f64>() / 5.0;
+        assert!((number(scene, "mean_ratio") - mean).abs() < 1e-9);
+        assert!(number(scene, "exponent") > 0.0);
+        assert!(number(scene, "node_size_m") >= 0.0);
+        assert!(number(scene, "r2") <= 1.0);
+    }
+    assert!(report["circumstances"]["seed"].is_u64());
+
+    let read = |name: &str| std::fs::read_to_string(desk.path("results/here").join(name)).unwrap();
+    assert_eq!(
+        serde_json::from_str::<Value>(&read("far-dist.json")).unwrap(),
+        report
+    );
+    assert!(read("far-dist.svg").starts_with("<svg"));
+    let csv = read("far-dist.csv");
+    assert!(
+        csv.starts_with("city,objects,far_dist_m,count,ratio"),
+        "{csv}"
+    );
+    assert_eq!(csv.lines().count(), 1 + 2 * 6);
+}
+
+#[test]
+fn scaling_states_each_cost() {
+    let desk = Desk::new();
+    let report = desk.json("experiment scaling --largest 10000 --json");
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 1);
+    for key in [
+        "objects",
+        "build_s",
+        "open_ms",
+        "bytes",
+        "visible",
+        "retrieve_us",
+        "copy_us",
+        "rstar_us",
+        "linear_us",
+    ] {
+        assert!(number(&rows[0], key) > 0.0, "{key}");
+    }
+    assert_eq!(number(&rows[0], "objects"), 10_000.0);
+}
+
+#[test]
+fn a_city_of_ones_own_is_measured_too() {
+    let desk = Desk::new();
+    desk.out("generate --objects 700 --seed 5 -o own.citylod");
+    let text = desk.out("experiment far-dist --largest 1000 --city own.citylod");
+    assert!(text.contains("own.citylod (700 objects)"), "{text}");
+    let run = desk.run("experiment far-dist --largest 1000 --city none.citylod");
+    assert_eq!(run.code, Some(1));
+    assert!(run.err.contains("none.citylod: cannot open"), "{}", run.err);
+}
