@@ -8,58 +8,80 @@
 //! u = 2⁻²⁴. With X the largest coordinate of any box relative to the origin, a term n·x carries
 //! 1 u from rounding n, 4 u from rounding x outward (an ulp is 2 u, both of the subtraction from
 //! the origin and of the conversion), 1 u from the product and at most 3 u from the sums; w
-//! carries 1 u and 3 u. Together at most 9 u of Σ|nᵢ|·Xᵢ + |w|; [`SLACK`] is 16 u. The absolute
-//! term covers underflow. Where anything overflows, comparisons come out false and the question
-//! stays open.
+//! carries 1 u and 3 u, and one sum more where both forms are asked for. Together at most 10 u of
+//! Σ|nᵢ|·Xᵢ + |w|; [`SLACK`] is 16 u. The slack is part of w, so the sign alone answers; 0 means
+//! that the exact value is beyond 0 by what is left of the slack. The absolute term covers
+//! underflow. Where plane tests could overflow, every one of them is left open.
 
-use wide::{f32x8, i32x8};
+use wide::f32x8;
 
 use super::{Aabb, DVec3, Frustum};
 
 /// Relative slack of plane tests.
 const SLACK: f64 = 16.0 / (1 << 24) as f64;
 /// Relative slack of distances: 2 u a difference, 1 u a square, 2 u the sums, halved by the root.
-const DISTANCE_SLACK: f64 = 8.0 / (1 << 24) as f64;
+pub(super) const DISTANCE_SLACK: f64 = 8.0 / (1 << 24) as f64;
 /// Coordinates beyond this would overflow when squared; everything is then left open.
 const LARGEST: f64 = 1e18;
+/// Terms of a plane beyond this could overflow when summed.
+const LARGEST_TERM: f64 = 1e36;
 
 /// Lanes of eight boxes: min x, y, z, max x, y, z.
 pub type Eight = [[f32; 8]; 6];
 
-/// A set of eight boxes, bit i for box i.
-pub type Lanes = u8;
+/// A set of eight boxes, bit i for box i; no other bits.
+pub type Lanes = u32;
+
+/// All eight.
+pub const ALL_LANES: Lanes = 0xff;
 
 /// A set of planes of a frustum, bit i for plane i.
-pub type PlaneSet = u8;
+pub type PlaneSet = u32;
+
+/// Where a corner's coordinate lies in [`Eight`].
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(usize)]
+enum Lane {
+    #[default]
+    MinX,
+    MinY,
+    MinZ,
+    MaxX,
+    MaxY,
+    MaxZ,
+}
 
 #[derive(Debug, Clone, Copy, Default)]
 struct FilterPlane {
     normal: [f32x8; 3],
-    offset: f32x8,
-    slack: f32x8,
-    /// Whether the corner farthest along the normal is the upper one on each axis.
-    upper: [bool; 3],
+    /// Offset plus slack: sums from here are negative only for points certainly outside.
+    outer: f32x8,
+    /// Offset less slack: sums from here are negative unless a point is certainly inside.
+    inner: f32x8,
+    /// From the one to the other.
+    band: f32x8,
+    /// The corner farthest along the normal, and the opposite one.
+    farthest: [Lane; 3],
+    nearest: [Lane; 3],
 }
 
 impl FilterPlane {
-    /// Signed distances, scaled by the normal's length, of the farthest corners along the normal.
+    /// Negative for boxes certainly outside: `outer` and the farthest corners along the normal.
     #[inline]
     fn farthest(&self, boxes: &Eight) -> f32x8 {
-        self.values(boxes, self.upper)
+        self.sum(self.outer, boxes, self.farthest)
     }
 
-    /// The same of the opposite corners.
+    /// Negative for boxes not certainly inside: `inner` and the opposite corners.
     #[inline]
     fn nearest(&self, boxes: &Eight) -> f32x8 {
-        self.values(boxes, self.upper.map(|upper| !upper))
+        self.sum(self.inner, boxes, self.nearest)
     }
 
     #[inline]
-    fn values(&self, boxes: &Eight, upper: [bool; 3]) -> f32x8 {
-        (0..3).fold(self.offset, |sum, axis| {
-            let corner = boxes[axis + 3 * usize::from(upper[axis])];
-            sum + f32x8::from(corner) * self.normal[axis]
-        })
+    fn sum(&self, offset: f32x8, boxes: &Eight, corner: [Lane; 3]) -> f32x8 {
+        let term = |axis: usize| f32x8::from(boxes[corner[axis] as usize]) * self.normal[axis];
+        offset + term(0) + term(1) + term(2)
     }
 }
 
@@ -68,8 +90,10 @@ impl FilterPlane {
 pub struct Filter {
     planes: [FilterPlane; Frustum::MAX_PLANES],
     count: usize,
+    /// Whether no plane test of a box in the extent overflows.
+    bounded: bool,
     eye: [f32; 3],
-    distance_error: f64,
+    pub(super) distance_error: f64,
 }
 
 /// How eight boxes lie to some planes of a frustum.
@@ -79,25 +103,22 @@ pub struct EightRelations {
     pub outside: Lanes,
     /// Certainly inside all the planes looked at.
     pub inside: Lanes,
-    /// Certainly inside each plane.
-    inside_plane: [Lanes; Frustum::MAX_PLANES],
-    looked_at: PlaneSet,
+    /// For each box, one byte: the planes it is not known to be inside of.
+    open: u64,
 }
 
 impl EightRelations {
     /// The planes that box `lane` is not known to be inside of.
     #[inline]
     pub fn open_planes(&self, lane: u32) -> PlaneSet {
-        planes(self.looked_at).fold(0, |open, plane| {
-            open | ((!self.inside_plane[plane] >> lane) & 1) << plane
-        })
+        (self.open >> (8 * lane)) as PlaneSet & 0xff
     }
 }
 
 /// Squared distances from the eye to a point of each of eight boxes, m².
 #[derive(Debug, Clone, Copy)]
 pub struct EightDistances {
-    squared: f32x8,
+    pub(super) squared: f32x8,
 }
 
 /// A distance that boxes are compared with, in both certain forms.
@@ -106,9 +127,9 @@ pub struct Threshold {
     /// The distance itself, m; may be infinite.
     pub distance: f64,
     /// Squared distances below are certainly nearer.
-    below: f32,
+    below: f32x8,
     /// Squared distances above are certainly not nearer.
-    above: f32,
+    above: f32x8,
 }
 
 impl Filter {
@@ -119,6 +140,7 @@ impl Filter {
             .max((extent.min() - origin).abs());
         let eye = frustum.eye() - origin;
         let mut planes = [FilterPlane::default(); Frustum::MAX_PLANES];
+        let mut bounded = true;
         for (filter, plane) in planes.iter_mut().zip(frustum.planes()) {
             let offset = plane.offset - plane.normal.dot(eye);
             let cancelled = plane.normal.abs().dot(eye.abs()) + plane.offset.abs();
@@ -127,12 +149,24 @@ impl Filter {
                 + 8.0 * f64::EPSILON * cancelled
                 + plane.offset_error
                 + f64::from(f32::MIN_POSITIVE);
+            bounded &= magnitude + plane.normal.abs().max_element() + slack < LARGEST_TERM;
             let upper = plane.normal.cmpge(DVec3::ZERO);
+            let corner = |upper: [bool; 3]| {
+                let lane = |upper, max, min| if upper { max } else { min };
+                [
+                    lane(upper[0], Lane::MaxX, Lane::MinX),
+                    lane(upper[1], Lane::MaxY, Lane::MinY),
+                    lane(upper[2], Lane::MaxZ, Lane::MinZ),
+                ]
+            };
+            let upper = [upper.test(0), upper.test(1), upper.test(2)];
             *filter = FilterPlane {
                 normal: plane.normal.as_vec3().to_array().map(f32x8::splat),
-                offset: f32x8::splat(offset as f32),
-                slack: f32x8::splat((slack as f32).next_up()),
-                upper: std::array::from_fn(|axis| upper.test(axis)),
+                outer: f32x8::splat((offset + slack) as f32),
+                inner: f32x8::splat((offset - slack) as f32),
+                band: f32x8::splat(((2.0 * slack) as f32).next_up()),
+                farthest: corner(upper),
+                nearest: corner(upper.map(|upper| !upper)),
             };
         }
         let largest = reach.max(eye.abs()).max_element();
@@ -146,6 +180,7 @@ impl Filter {
         Self {
             planes,
             count: frustum.planes().len(),
+            bounded,
             eye: eye.as_vec3().to_array(),
             distance_error,
         }
@@ -153,41 +188,51 @@ impl Filter {
 
     /// All planes of the frustum.
     pub fn all_planes(&self) -> PlaneSet {
-        ((1_u16 << self.count) - 1) as PlaneSet
+        (1 << self.count) - 1
     }
 
     /// How the boxes lie to the planes in `set`.
     #[inline]
-    pub fn relations(&self, boxes: &Eight, set: PlaneSet) -> EightRelations {
-        let mut outside = 0;
-        let mut inside = Lanes::MAX;
-        let mut inside_plane = [Lanes::MAX; Frustum::MAX_PLANES];
-        for index in planes(set) {
-            let plane = &self.planes[index];
-            outside |= lanes(plane.farthest(boxes).simd_lt(-plane.slack));
-            inside_plane[index] = lanes(plane.nearest(boxes).simd_gt(plane.slack));
-            inside &= inside_plane[index];
+    pub fn relations(&self, boxes: &Eight, mut set: PlaneSet) -> EightRelations {
+        if set == 0 || !self.bounded {
+            return EightRelations {
+                outside: 0,
+                inside: if set == 0 { ALL_LANES } else { 0 },
+                open: u64::from(set) * 0x0101_0101_0101_0101,
+            };
+        }
+        let mut outside = f32x8::ZERO;
+        let mut crossing = 0;
+        let mut open = 0_u64;
+        while let Some(plane) = self.planes.get(set.trailing_zeros() as usize) {
+            outside |= plane.farthest(boxes);
+            let not_inside = negative(plane.nearest(boxes));
+            crossing |= not_inside;
+            open |= u64::from(not_inside) << (8 * set.trailing_zeros());
+            set &= set.wrapping_sub(1);
         }
         EightRelations {
-            outside,
-            inside,
-            inside_plane,
-            looked_at: set,
+            outside: negative(outside),
+            inside: crossing ^ ALL_LANES,
+            open: if crossing == 0 { 0 } else { transposed(open) },
         }
     }
 
     /// Boxes certainly outside one of the planes in `set`, and boxes certainly not.
     #[inline]
-    pub fn outside_or_touching(&self, boxes: &Eight, set: PlaneSet) -> (Lanes, Lanes) {
-        let mut outside = f32x8::ZERO;
-        let mut touching = f32x8::ZERO.simd_eq(f32x8::ZERO);
-        for index in planes(set) {
-            let plane = &self.planes[index];
-            let farthest = plane.farthest(boxes);
-            outside |= farthest.simd_lt(-plane.slack);
-            touching &= farthest.simd_gt(plane.slack);
+    pub fn outside_or_touching(&self, boxes: &Eight, mut set: PlaneSet) -> (Lanes, Lanes) {
+        if !self.bounded {
+            return (0, 0);
         }
-        (lanes(outside), lanes(touching))
+        let mut outside = f32x8::ZERO;
+        let mut open = f32x8::ZERO;
+        while let Some(plane) = self.planes.get(set.trailing_zeros() as usize) {
+            let farthest = plane.farthest(boxes);
+            outside |= farthest;
+            open |= farthest - plane.band;
+            set &= set.wrapping_sub(1);
+        }
+        (negative(outside), negative(open) ^ ALL_LANES)
     }
 
     /// Distances to the nearest points of the boxes.
@@ -224,47 +269,23 @@ impl Filter {
         let far = (distance + self.distance_error) * (1.0 + DISTANCE_SLACK);
         Threshold {
             distance,
-            below: if near > 0.0 {
+            below: f32x8::splat(if near > 0.0 {
                 ((near * near) as f32).next_down()
             } else {
                 -1.0
-            },
-            above: ((far * far) as f32).next_up(),
+            }),
+            above: f32x8::splat(((far * far) as f32).next_up()),
         }
     }
 
-    /// For each box in `set`, at least radius/distance, infinite around the eye; 0 for the rest.
-    #[inline]
-    pub fn largest_angles(
-        &self,
-        radii: &[f32; 8],
-        distances: &EightDistances,
-        set: Lanes,
-    ) -> f32x8 {
-        let distance = distances.squared.sqrt() * f32x8::splat(1.0 - 2.0 * DISTANCE_SLACK as f32)
-            - f32x8::splat(self.distance_error as f32);
-        let angle = Self::of_set(radii, set) / distance.max(f32x8::ZERO);
-        // 0 / 0 is NaN and gives way to 0: nothing hidden, however near.
-        (angle * f32x8::splat(1.0 + 4.0 * f32::EPSILON)).max(f32x8::ZERO)
-    }
-
-    /// The values of the boxes in `set`, 0 elsewhere.
-    #[inline]
-    pub fn of_set(values: &[f32; 8], set: Lanes) -> f32x8 {
-        const BITS: [i32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
-        let bits = i32x8::from(BITS);
-        let mask = (i32x8::splat(i32::from(set)) & bits).simd_eq(bits);
-        bytemuck::cast::<i32x8, f32x8>(mask) & f32x8::from(*values)
-    }
-
     /// At least half the diagonal of each box.
-    pub fn radii(boxes: &Eight) -> [f32; 8] {
+    pub fn radii(boxes: &Eight) -> f32x8 {
         let mut squared = f32x8::ZERO;
         for axis in 0..3 {
             let size = f32x8::from(boxes[axis + 3]) - f32x8::from(boxes[axis]);
             squared += size * size;
         }
-        (squared.sqrt() * f32x8::splat(0.5 * (1.0 + 8.0 * f32::EPSILON))).to_array()
+        squared.sqrt() * f32x8::splat(0.5 * (1.0 + 8.0 * f32::EPSILON))
     }
 }
 
@@ -272,27 +293,46 @@ impl EightDistances {
     /// Boxes certainly nearer than the threshold.
     #[inline]
     pub fn nearer(&self, threshold: &Threshold) -> Lanes {
-        lanes(self.squared.simd_lt(f32x8::splat(threshold.below)))
+        negative(self.squared.simd_lt(threshold.below))
     }
 
     /// Boxes certainly not nearer than the threshold.
     #[inline]
     pub fn not_nearer(&self, threshold: &Threshold) -> Lanes {
-        lanes(self.squared.simd_gt(f32x8::splat(threshold.above)))
+        negative(self.squared.simd_gt(threshold.above))
     }
 }
 
-/// The planes of a set, by number.
+/// The lanes whose sign is negative, those where a comparison holds included.
 #[inline]
-fn planes(mut set: PlaneSet) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let plane = set.trailing_zeros() as usize;
-        set &= set.wrapping_sub(1);
-        (plane < Frustum::MAX_PLANES).then_some(plane)
-    })
+pub(super) fn negative(values: f32x8) -> Lanes {
+    values.to_bitmask()
 }
 
+/// Bit i of byte k becomes bit k of byte i. Source: Warren, "Hacker's Delight", 7-3.
 #[inline]
-fn lanes(mask: f32x8) -> Lanes {
-    mask.to_bitmask() as Lanes
+fn transposed(mut bits: u64) -> u64 {
+    for (shift, swapped) in [
+        (7, 0x00aa_00aa_00aa_00aa),
+        (14, 0x0000_cccc_0000_cccc),
+        (28, 0x0000_0000_f0f0_f0f0),
+    ] {
+        let moved = (bits ^ (bits >> shift)) & swapped;
+        bits ^= moved ^ (moved << shift);
+    }
+    bits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transposed;
+
+    #[test]
+    fn every_bit_changes_row_and_column() {
+        for row in 0..8 {
+            for column in 0..8 {
+                assert_eq!(transposed(1 << (8 * row + column)), 1 << (8 * column + row));
+            }
+        }
+    }
 }

@@ -5,10 +5,14 @@
 mod aabb;
 mod filter;
 mod frustum;
+mod largest;
 mod view;
 
 pub use aabb::{Aabb, AabbError};
-pub use filter::{Eight, EightDistances, EightRelations, Filter, Lanes, PlaneSet, Threshold};
+pub use filter::{
+    ALL_LANES, Eight, EightDistances, EightRelations, Filter, Lanes, PlaneSet, Threshold,
+};
 pub use frustum::{Frustum, Plane, Relation};
 pub use glam::{DMat4, DQuat, DVec2, DVec3};
+pub use largest::LargestSize;
 pub use view::{DepthRange, Orientation, PixelScale, Projection, View, ViewError};

@@ -9,11 +9,32 @@ use std::ops::Range;
 
 use super::lanes;
 use super::retrieve::{Traversal, exact};
-use crate::geom::{Eight, Lanes, PlaneSet};
+use crate::geom::{Eight, EightRelations, Lanes, PlaneSet};
 
 impl Traversal<'_> {
-    /// Adds the objects of neighbouring nodes inside the frustum (step 3).
-    pub(super) fn add_inside(&mut self, level: u32, nodes: Range<u32>) {
+    /// Adds the objects of the siblings in `set`, which have a range: all of those inside the
+    /// frustum (step 3), of others what is not outside (step 5).
+    #[inline]
+    pub(super) fn add(&mut self, level: u32, first: u32, set: Lanes, relations: &EightRelations) {
+        let inside = set & relations.inside;
+        let mut rest = set;
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            let node = first + lane;
+            let run = if lanes::has(inside, lane) {
+                let run = lanes::run_length(inside, lane);
+                self.add_inside(level, node..node + run);
+                run
+            } else {
+                self.add_crossing(level, node, relations.open_planes(lane));
+                1
+            };
+            rest = lanes::after_run(rest, lane, run);
+        }
+    }
+
+    #[inline]
+    fn add_inside(&mut self, level: u32, nodes: Range<u32>) {
         if self.enters(level) {
             for node in nodes.clone() {
                 self.add_representative(node, 0);
@@ -22,12 +43,8 @@ impl Traversal<'_> {
         self.add_own(level, &nodes);
     }
 
-    /// Adds the objects of a node that are not outside one of `planes` (step 5); of a node that
-    /// passes through, none.
-    pub(super) fn add_crossing(&mut self, level: u32, node: u32, planes: PlaneSet) {
-        if level >= self.ranged_levels {
-            return;
-        }
+    #[inline(never)] // as part of the loop above it makes both slower
+    fn add_crossing(&mut self, level: u32, node: u32, planes: PlaneSet) {
         if self.enters(level) {
             self.add_representative(node, planes);
         }
@@ -39,10 +56,12 @@ impl Traversal<'_> {
         }
     }
 
-    /// Adds all objects of neighbouring nodes, and below them down to level `cut`: one range per
-    /// level.
+    /// Adds all objects below neighbouring nodes, down to level `cut`: one range per level. The
+    /// nodes' own objects have been added, unless they pass through.
     pub(super) fn add_subtrees(&mut self, level: u32, nodes: Range<u32>, cut: u32) {
-        self.add_inside(level, nodes.clone());
+        if level >= self.ranged_levels {
+            self.add_inside(level, nodes.clone());
+        }
         let mut nodes = nodes;
         for below in (cut..level).rev() {
             match self.children(below + 1, &nodes) {
@@ -56,33 +75,31 @@ impl Traversal<'_> {
     /// The nodes one level below `nodes`, unless they were visited before.
     #[inline]
     pub(super) fn children(&mut self, level: u32, nodes: &Range<u32>) -> Option<Range<u32>> {
-        let below = level.checked_sub(1)? as usize;
         let start = *self.arrays.children.get(nodes.start as usize)?;
         let end = *self.arrays.children.get(nodes.end as usize)?;
-        let level_end = *self
-            .arrays
-            .level_nodes
-            .get(self.root as usize - below + 1)?;
-        let next = self.next.get_mut(below)?;
-        if start < *next || end < start || end > level_end {
+        let below = self.levels.get_mut(level.checked_sub(1)? as usize)?;
+        if start < below.next || end < start || end > below.end {
             return None; // only in a damaged file
         }
-        *next = end;
+        below.next = end;
         Some(start..end)
     }
 
     /// Whether nobody above has added the representatives of nodes at this level: the levels
     /// above have no range.
+    #[inline]
     fn enters(&self, level: u32) -> bool {
         level < self.root && level + 1 >= self.ranged_levels
     }
 
+    #[inline]
     fn own(&self, nodes: &Range<u32>) -> Option<Range<u32>> {
         let start = *self.arrays.own.get(nodes.start as usize)?;
         let end = *self.arrays.own.get(nodes.end as usize)?;
         (start <= end && end as usize <= self.arrays.object_boxes.len()).then_some(start..end)
     }
 
+    #[inline]
     fn add_own(&mut self, level: u32, nodes: &Range<u32>) {
         if let Some(own) = self.own(nodes) {
             self.selection.add(level, own);
@@ -91,6 +108,7 @@ impl Traversal<'_> {
 
     /// Adds the object that stands for `node`, stored with an ancestor, unless it is outside one
     /// of `planes`.
+    #[inline(never)]
     fn add_representative(&mut self, node: u32, planes: PlaneSet) {
         let Some(&object) = self.arrays.representatives.get(node as usize) else {
             return;
@@ -112,29 +130,22 @@ impl Traversal<'_> {
     }
 
     /// Adds the `objects`, whose boxes begin with `block`, that are not outside one of `planes`.
+    #[inline]
     fn add_tested(&mut self, level: u32, objects: Range<u32>, block: u32, planes: PlaneSet) {
-        if planes == 0 {
-            return self.selection.add(level, objects);
-        }
         let tested = &mut self.stats.objects_tested;
         // In a damaged file nodes may share objects.
         *tested = tested.saturating_add(objects.end - objects.start);
-        let blocks = self.arrays.own_blocks;
         let mut first = objects.start;
-        for boxes in blocks.get(block as usize..).unwrap_or_default() {
-            if first >= objects.end {
-                break;
-            }
+        let mut block = block as usize;
+        while first < objects.end {
+            let Some(boxes) = self.arrays.own_blocks.get(block) else {
+                return; // only in a damaged file
+            };
             let count = (objects.end - first).min(8);
-            let mut rest = self.visible(boxes, first, lanes::first(count), planes);
-            while rest != 0 {
-                let lane = rest.trailing_zeros();
-                let run = lanes::run_length(rest, lane);
-                let start = first + lane;
-                self.selection.add(level, start..start + run);
-                rest = lanes::after_run(rest, lane, run);
-            }
+            let visible = self.visible(boxes, first, lanes::first(count), planes);
+            self.selection.add_runs(level, first, visible);
             first += count;
+            block += 1;
         }
     }
 
@@ -142,17 +153,23 @@ impl Traversal<'_> {
     #[inline]
     fn visible(&self, boxes: &Eight, first: u32, set: Lanes, planes: PlaneSet) -> Lanes {
         let (outside, touching) = self.filter.outside_or_touching(boxes, planes);
-        let mut visible = set & touching;
-        let open = set & !outside & !touching;
-        if open != 0 {
-            for lane in lanes::each(open) {
-                if exact(self.arrays.object_boxes, first + lane)
-                    .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
-                {
-                    visible |= 1 << lane;
-                }
-            }
+        let open = set & !(outside | touching);
+        if open == 0 {
+            set & touching
+        } else {
+            set & touching | self.not_outside(first, open)
         }
-        visible
+    }
+
+    /// The same, decided in f64.
+    #[cold]
+    fn not_outside(&self, first: u32, set: Lanes) -> Lanes {
+        let seen = |&lane: &u32| {
+            exact(self.arrays.object_boxes, first + lane)
+                .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
+        };
+        lanes::each(set)
+            .filter(seen)
+            .fold(0, |set, lane| set | 1 << lane)
     }
 }

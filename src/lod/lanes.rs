@@ -1,24 +1,24 @@
 //! Runs of siblings in a set of eight.
 
-use crate::geom::Lanes;
+use crate::geom::{ALL_LANES, Lanes};
 
 /// The first `count` lanes.
 #[inline]
 pub(super) fn first(count: u32) -> Lanes {
-    (0xff_u32 >> (8 - count)) as Lanes
+    ALL_LANES >> (8 - count)
 }
 
 /// How many lanes from `lane` on, which is in the set, follow one another.
 #[inline]
 pub(super) fn run_length(set: Lanes, lane: u32) -> u32 {
     // The bit above the eighth ends every run.
-    (!(u32::from(set) >> lane)).trailing_zeros()
+    (!(set >> lane) | (1 << 8)).trailing_zeros()
 }
 
 /// The set without its lanes up to and including the run of `length` from `lane` on.
 #[inline]
 pub(super) fn after_run(set: Lanes, lane: u32, length: u32) -> Lanes {
-    (u32::from(set) & (u32::MAX << (lane + length))) as Lanes
+    set & (Lanes::MAX << (lane + length))
 }
 
 /// Whether `lane` is in the set.

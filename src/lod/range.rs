@@ -109,19 +109,22 @@ impl RangeLod {
 
     /// Far distance of each level that has a range in a tree of `tree_levels`, level 0 first.
     /// Where the tree has fewer levels than asked for, its root is the last.
-    pub(super) fn far_dists(&self, tree_levels: u32) -> Vec<f64> {
-        let levels = self.level_count.min(tree_levels) as usize;
-        let mut far = self.far_dist;
-        let mut far_dists: Vec<f64> = (0..levels)
-            .map(|_| {
-                let this = far;
-                far *= self.dist_factor; // step by step: 0·∞ cannot come up
-                this
-            })
-            .collect();
-        if let (Beyond::Show, Some(last)) = (self.beyond, far_dists.last_mut()) {
-            *last = f64::INFINITY;
-        }
-        far_dists
+    pub(super) fn far_dists(&self, tree_levels: u32) -> impl Iterator<Item = f64> {
+        let levels = self.level_count.min(tree_levels);
+        let Self {
+            far_dist,
+            dist_factor,
+            beyond,
+            ..
+        } = *self;
+        // Step by step: 0·∞ cannot come up.
+        let steps = std::iter::successors(Some(far_dist), move |far| Some(far * dist_factor));
+        (0..levels).zip(steps).map(move |(level, far)| {
+            if beyond == Beyond::Show && level + 1 == levels {
+                f64::INFINITY
+            } else {
+                far
+            }
+        })
     }
 }

@@ -20,7 +20,7 @@ use super::lanes;
 use super::selection::Stats;
 use super::{RangeLod, Selection};
 use crate::geom::{
-    Aabb, DVec3, Eight, EightDistances, EightRelations, Filter, Lanes, PixelScale, PlaneSet,
+    Aabb, DVec3, Eight, EightDistances, EightRelations, Filter, Lanes, LargestSize, PlaneSet,
     Threshold, View,
 };
 use crate::index::{Arrays, LodTree};
@@ -35,59 +35,100 @@ pub fn retrieve(tree: &LodTree, view: &View, lod: &RangeLod, selection: &mut Sel
         return;
     };
     let filter = Filter::new(view.frustum(), tree.origin(), &tree.bounds());
-    let far: Vec<Threshold> = lod
-        .far_dists(tree.level_count())
-        .into_iter()
-        .map(|distance| filter.threshold(distance))
-        .collect();
+    let arrays = tree.arrays();
+    let mut levels = std::mem::take(&mut selection.walk);
+    let ranged_levels = Level::all(&arrays, &filter, lod, &mut levels);
     let planes = filter.all_planes();
-    let level_starts = tree.arrays().level_nodes.iter();
     let mut traversal = Traversal {
-        arrays: tree.arrays(),
+        arrays,
         view,
-        ranged_levels: far.len() as u32,
-        far,
+        ranged_levels,
+        levels,
         root,
-        next: level_starts.rev().skip(1).copied().collect(),
-        largest_omitted: f32x8::ZERO,
+        omitted: LargestSize::new(&filter, view.pixels()),
         stats: Stats::default(),
         filter,
         selection,
     };
     traversal.siblings(root, 0..1, 0, planes, f32::INFINITY); // step 1
-    let (largest_omitted, stats) = (traversal.largest_omitted, traversal.stats);
-    selection.finish(largest_omitted.to_array(), view.pixels(), stats);
+    let (largest, stats) = (traversal.omitted.bound(), traversal.stats);
+    let levels = std::mem::take(&mut traversal.levels);
+    selection.walk = levels;
+    selection.finish(largest, view.pixels(), stats);
+}
+
+/// What the walk keeps of a level.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Level {
+    /// Its far distance; where it has no range, that of the last level that has one.
+    far: Threshold,
+    /// The first node not yet visited. In a sound file it only states what is so: nodes come in
+    /// tree order. In a damaged one it keeps the walk finite.
+    pub(super) next: u32,
+    /// The level's last node, plus one.
+    pub(super) end: u32,
+}
+
+impl Level {
+    /// All levels of a tree, level 0 first; returns how many have a range.
+    fn all(arrays: &Arrays, filter: &Filter, lod: &RangeLod, levels: &mut Vec<Self>) -> u32 {
+        let mut ranges = arrays.level_nodes.windows(2).rev();
+        levels.clear();
+        for (distance, range) in lod.far_dists(ranges.len() as u32).zip(ranges.by_ref()) {
+            let far = filter.threshold(distance);
+            levels.push(Self {
+                far,
+                next: range[0],
+                end: range[1],
+            });
+        }
+        let ranged = levels.len();
+        if let Some(&Self { far, .. }) = levels.last() {
+            levels.extend(ranges.map(|range| Self {
+                far,
+                next: range[0],
+                end: range[1],
+            }));
+        }
+        ranged as u32
+    }
 }
 
 pub(super) struct Traversal<'a> {
     pub(super) arrays: Arrays<'a>,
     pub(super) view: &'a View,
     pub(super) filter: Filter,
-    /// Far distance of each level that has a range, level 0 first.
-    far: Vec<Threshold>,
+    /// All levels, level 0 first.
+    pub(super) levels: Vec<Level>,
     /// How many levels have a range; those above pass through.
     pub(super) ranged_levels: u32,
     /// Level of the root.
     pub(super) root: u32,
-    /// For each level, the first node not yet visited. In a sound file it only states what is so:
-    /// nodes come in tree order. In a damaged one it keeps the walk finite.
-    pub(super) next: Vec<u32>,
-    /// Largest hidden radius of all nodes at which the walk stopped, divided by the distance where
-    /// things look smaller with distance.
-    largest_omitted: f32x8,
+    /// Hidden radii of all nodes at which the walk stopped.
+    omitted: LargestSize,
     pub(super) stats: Stats,
     pub(super) selection: &'a mut Selection,
 }
 
-/// Eight siblings, sorted by what becomes of them.
-struct Siblings {
-    /// Inside the frustum, and in the range of their level.
-    stopped_inside: Lanes,
-    /// Nearer than the range of their level, so their children are looked at.
-    nearer: Lanes,
-    /// Lies wholly in the range of one level.
-    settled: Lanes,
-    relations: EightRelations,
+/// Siblings that lie wholly in the range of one level, and which level that is.
+#[derive(Default)]
+struct Settled {
+    set: Lanes,
+    /// Those in the range of level 0, below which nothing is left out.
+    finest: Lanes,
+    at: [u8; 8],
+}
+
+impl Settled {
+    /// How many of `set` follow one another from `lane` on that are settled at the same level.
+    #[inline]
+    fn run_length(&self, set: Lanes, lane: u32) -> u32 {
+        let run = lanes::run_length(set, lane);
+        let at = |other: u32| self.at[other as usize & 7];
+        (1..run)
+            .find(|&more| at(lane + more) != at(lane))
+            .unwrap_or(run)
+    }
 }
 
 impl Traversal<'_> {
@@ -102,18 +143,20 @@ impl Traversal<'_> {
         planes: PlaneSet,
         parent_hidden: f32,
     ) {
-        let blocks = self.arrays.child_blocks;
         let mut first = nodes.start;
-        for boxes in blocks.get(block as usize..).unwrap_or_default() {
-            if first >= nodes.end {
-                break;
-            }
+        let mut block = block as usize;
+        while first < nodes.end {
+            let Some(boxes) = self.arrays.child_blocks.get(block) else {
+                return; // only in a damaged file
+            };
             let count = (nodes.end - first).min(8);
             self.eight(level, boxes, first, count, planes, parent_hidden);
             first += count;
+            block += 1;
         }
     }
 
+    #[inline]
     fn eight(
         &mut self,
         level: u32,
@@ -132,125 +175,124 @@ impl Traversal<'_> {
         }
         // Steps 3 and 5: where does the distance lie to the range of the level?
         let distances = self.filter.distances(boxes);
-        let limit = self.far[level.min(self.ranged_levels - 1) as usize];
-        let kept = self.nearer(first, &distances, &limit, visible);
-        let nearer = if level == 0 {
-            0
-        } else if level < self.ranged_levels {
-            let near = self.far[level as usize - 1];
-            self.nearer(first, &distances, &near, kept)
-        } else {
-            kept
-        };
-        let mut siblings = Siblings {
-            stopped_inside: kept & !nearer & relations.inside,
-            nearer,
-            settled: 0,
-            relations,
-        };
-        let mut settled_at = [0; 8];
-        if nearer != 0 {
-            siblings.settled = self.settle(level, boxes, &distances, nearer, &mut settled_at);
-        }
-        let cut = lanes::each(siblings.settled).filter(|&lane| settled_at[lane as usize] > 0);
-        let stopped = (kept & !nearer) | cut.fold(0, |set, lane| set | 1 << lane);
-        if level > 0 && stopped != 0 {
-            self.note_hidden(first, &distances, stopped);
-        }
+        let kept = self.nearer(first, &distances, level, visible);
         if kept != visible {
             self.note_beyond(boxes, &distances, visible & !kept, parent_hidden);
         }
-        self.take(level, first, kept, &siblings, &settled_at);
+        let nearer = if level == 0 {
+            0
+        } else if level < self.ranged_levels {
+            self.nearer(first, &distances, level - 1, kept)
+        } else {
+            kept
+        };
+        if level < self.ranged_levels {
+            self.add(level, first, kept, &relations);
+        }
+        if nearer != kept && level > 0 {
+            self.note_hidden(first, &distances, kept & !nearer);
+        }
+        if nearer != 0 {
+            let settled = self.settle(level, boxes, &distances, nearer);
+            if settled.set != settled.finest {
+                self.note_hidden(first, &distances, settled.set & !settled.finest);
+            }
+            self.descend(level, first, nearer, &relations, &settled);
+        }
     }
 
-    /// The boxes of `set` nearer than a threshold; what f32 leaves open is decided in f64.
-    fn nearer(
-        &self,
-        first: u32,
-        distances: &EightDistances,
-        threshold: &Threshold,
-        set: Lanes,
-    ) -> Lanes {
-        if threshold.distance == f64::INFINITY {
+    /// The boxes of `set` nearer than the far distance of a level; what f32 leaves open is
+    /// decided in f64.
+    #[inline]
+    fn nearer(&self, first: u32, distances: &EightDistances, level: u32, set: Lanes) -> Lanes {
+        let far = &self.levels[level as usize].far;
+        if far.distance == f64::INFINITY {
             return set;
         }
-        let mut nearer = set & distances.nearer(threshold);
-        let open = set & !nearer & !distances.not_nearer(threshold);
-        if open != 0 {
-            for lane in lanes::each(open) {
-                if exact(self.arrays.node_boxes, first + lane)
-                    .is_some_and(|b| b.distance(self.view.eye()) < threshold.distance)
-                {
-                    nearer |= 1 << lane;
-                }
-            }
+        let nearer = set & distances.nearer(far);
+        if nearer == set {
+            return set;
         }
-        nearer
+        let open = (set ^ nearer) & !distances.not_nearer(far);
+        if open == 0 {
+            nearer
+        } else {
+            nearer | self.nearer_than(far.distance, first, open)
+        }
+    }
+
+    /// The same, decided in f64.
+    #[cold]
+    fn nearer_than(&self, far: f64, first: u32, set: Lanes) -> Lanes {
+        let nearer = |&lane: &u32| {
+            exact(self.arrays.node_boxes, first + lane)
+                .is_some_and(|exact| exact.distance(self.view.eye()) < far)
+        };
+        lanes::each(set)
+            .filter(nearer)
+            .fold(0, |set, lane| set | 1 << lane)
     }
 
     /// Which of `nearer` lie wholly in the range of one level below theirs, and in which.
+    #[inline]
     fn settle(
         &self,
         level: u32,
         boxes: &Eight,
         distances: &EightDistances,
         nearer: Lanes,
-        settled_at: &mut [u8; 8],
-    ) -> Lanes {
+    ) -> Settled {
         let farthest = self.filter.farthest(boxes);
-        let mut settled = 0;
-        for cut in 0..level.min(self.ranged_levels) as usize {
-            let from_near = if cut == 0 {
-                Lanes::MAX
-            } else {
-                distances.not_nearer(&self.far[cut - 1])
-            };
-            let open = nearer & !settled & from_near;
-            if open == 0 {
-                break;
+        let mut settled = Settled::default();
+        let mut open = nearer;
+        let below = level.min(self.ranged_levels) as usize;
+        for (cut, Level { far, .. }) in (0_u8..).zip(&self.levels[..below]) {
+            if cut > 0 {
+                open &= !settled.set & distances.not_nearer(&self.levels[cut as usize - 1].far);
+                if open == 0 {
+                    break;
+                }
             }
-            let set = open & farthest.nearer(&self.far[cut]);
-            settled |= set;
-            for lane in lanes::each(set) {
-                settled_at[lane as usize] = cut as u8;
+            let set = open & farthest.nearer(far);
+            settled.set |= set;
+            if cut == 0 {
+                settled.finest = set;
+            } else {
+                for lane in lanes::each(set) {
+                    settled.at[lane as usize & 7] = cut;
+                }
             }
         }
         settled
     }
 
-    /// Steps 3 to 6 for siblings in their order, which is that of their objects.
-    fn take(
+    /// Steps 4 and 6 for siblings nearer than their range, in their order, which is that of the
+    /// objects below them.
+    #[inline]
+    fn descend(
         &mut self,
         level: u32,
         first: u32,
-        kept: Lanes,
-        siblings: &Siblings,
-        settled_at: &[u8; 8],
+        nearer: Lanes,
+        relations: &EightRelations,
+        settled: &Settled,
     ) {
-        let mut rest = kept;
+        let whole = settled.set & relations.inside;
+        let mut rest = nearer;
         while rest != 0 {
             let lane = rest.trailing_zeros();
             let node = first + lane;
-            let run = if lanes::has(siblings.stopped_inside, lane) {
-                let run = lanes::run_length(siblings.stopped_inside, lane);
-                self.add_inside(level, node..node + run);
-                run
-            } else if lanes::has(siblings.settled & siblings.relations.inside, lane) {
-                let cut = settled_at[lane as usize];
-                let same = |other: u32| settled_at[other as usize] == cut;
-                let set = siblings.settled & siblings.relations.inside;
-                let run = (1..lanes::run_length(set, lane))
-                    .find(|&more| !same(lane + more))
-                    .unwrap_or_else(|| lanes::run_length(set, lane));
-                self.add_subtrees(level, node..node + run, u32::from(cut));
+            let run = if lanes::has(whole, lane) {
+                let run = settled.run_length(whole, lane);
+                let cut = u32::from(settled.at[lane as usize & 7]);
+                self.add_subtrees(level, node..node + run, cut);
                 run
             } else {
-                let planes = siblings.relations.open_planes(lane);
-                self.add_crossing(level, node, planes);
-                if lanes::has(siblings.settled, lane) {
-                    let cut = u32::from(settled_at[lane as usize]);
+                let planes = relations.open_planes(lane);
+                if lanes::has(settled.set, lane) {
+                    let cut = u32::from(settled.at[lane as usize & 7]);
                     self.settled_children(level, node, planes, cut);
-                } else if lanes::has(siblings.nearer, lane) {
+                } else {
                     self.open_children(level, node, planes);
                 }
                 1
@@ -284,18 +326,20 @@ impl Traversal<'_> {
         ) else {
             return;
         };
-        let blocks = self.arrays.child_blocks;
         let mut first = children.start;
-        for boxes in blocks.get(block as usize..).unwrap_or_default() {
-            if first >= children.end {
-                break;
-            }
+        let mut block = block as usize;
+        while first < children.end {
+            let Some(boxes) = self.arrays.child_blocks.get(block) else {
+                return; // only in a damaged file
+            };
             let count = (children.end - first).min(8);
             self.settled_eight(level - 1, boxes, first, count, planes, cut);
             first += count;
+            block += 1;
         }
     }
 
+    #[inline]
     fn settled_eight(
         &mut self,
         level: u32,
@@ -307,21 +351,23 @@ impl Traversal<'_> {
     ) {
         self.stats.nodes_visited += count;
         let relations = self.filter.relations(boxes, planes);
-        let mut rest = lanes::first(count) & !relations.outside;
+        let visible = lanes::first(count) & !relations.outside;
+        if level < self.ranged_levels {
+            self.add(level, first, visible, &relations);
+        }
+        if level == cut {
+            return;
+        }
+        let mut rest = visible;
         while rest != 0 {
             let lane = rest.trailing_zeros();
             let node = first + lane;
-            let inside = rest & relations.inside;
-            let run = if lanes::has(inside, lane) {
-                let run = lanes::run_length(inside, lane);
+            let run = if lanes::has(relations.inside, lane) {
+                let run = lanes::run_length(rest & relations.inside, lane);
                 self.add_subtrees(level, node..node + run, cut);
                 run
             } else {
-                let planes = relations.open_planes(lane);
-                self.add_crossing(level, node, planes);
-                if level > cut {
-                    self.settled_children(level, node, planes, cut);
-                }
+                self.settled_children(level, node, relations.open_planes(lane), cut);
                 1
             };
             rest = lanes::after_run(rest, lane, run);
@@ -334,15 +380,20 @@ impl Traversal<'_> {
     }
 
     /// Keeps the largest size on the screen of what lies below the nodes the walk stopped at.
+    #[inline]
     fn note_hidden(&mut self, first: u32, distances: &EightDistances, stopped: Lanes) {
         let radii = self.arrays.hidden_radii.get(first as usize..);
-        if let Some(radii) = radii.and_then(|r| r.first_chunk()) {
-            self.note(radii, distances, stopped);
+        if let Some(&radii) = radii.and_then(|r| r.first_chunk::<8>()) {
+            let radii = f32x8::from(radii);
+            if self.omitted.exceeding(radii, distances, stopped) != 0 {
+                self.omitted.raise(radii, distances, stopped);
+            }
         }
     }
 
     /// The same for nodes left out altogether: what they hold is hidden below their parent, and
     /// no larger than their box.
+    #[inline]
     fn note_beyond(
         &mut self,
         boxes: &Eight,
@@ -350,16 +401,11 @@ impl Traversal<'_> {
         beyond: Lanes,
         parent_hidden: f32,
     ) {
-        let radii = Filter::radii(boxes).map(|radius| radius.min(parent_hidden));
-        self.note(&radii, distances, beyond);
-    }
-
-    fn note(&mut self, radii: &[f32; 8], distances: &EightDistances, set: Lanes) {
-        let size = match self.view.pixels() {
-            PixelScale::PerRadian(_) => self.filter.largest_angles(radii, distances, set),
-            PixelScale::PerMetre(_) => Filter::of_set(radii, set),
-        };
-        self.largest_omitted = self.largest_omitted.fast_max(size);
+        let hidden = f32x8::splat(parent_hidden);
+        if self.omitted.exceeding(hidden, distances, beyond) != 0 {
+            let radii = Filter::radii(boxes).fast_min(hidden);
+            self.omitted.raise(radii, distances, beyond);
+        }
     }
 }
 

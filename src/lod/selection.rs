@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use crate::geom::PixelScale;
+use super::lanes;
+use super::retrieve::Level;
+use crate::geom::{Lanes, PixelScale};
 
 /// The objects to draw, as ranges of object numbers, and what finding them took.
 ///
@@ -12,6 +14,8 @@ pub struct Selection {
     /// Ranges in the making, one list per level, finest first; each list ascends.
     levels: Vec<Vec<Range<u32>>>,
     ranges: Vec<Range<u32>>,
+    /// What the walk keeps of each level, finest first.
+    pub(super) walk: Vec<Level>,
     bound: f64,
     stats: Stats,
 }
@@ -55,7 +59,9 @@ impl Selection {
 
     /// Forgets everything but its memory; the next tree has so many levels.
     pub(super) fn clear(&mut self, levels: u32) {
-        self.levels.resize_with(levels as usize, Vec::new);
+        const USUAL: usize = 256;
+        self.levels
+            .resize_with(levels as usize, || Vec::with_capacity(USUAL));
         self.levels.iter_mut().for_each(Vec::clear);
         self.ranges.clear();
         self.bound = 0.0;
@@ -65,31 +71,52 @@ impl Selection {
     /// Adds objects stored at `level`; they follow those added there before.
     #[inline]
     pub(super) fn add(&mut self, level: u32, objects: Range<u32>) {
+        if let Some(list) = self.levels.get_mut(level as usize) {
+            append(list, objects);
+        }
+    }
+
+    /// The same for objects in `set`, counted from `first`.
+    #[inline]
+    pub(super) fn add_runs(&mut self, level: u32, first: u32, set: Lanes) {
         let Some(list) = self.levels.get_mut(level as usize) else {
             return;
         };
-        match list.last_mut() {
-            Some(last) if last.end == objects.start => last.end = objects.end,
-            Some(last) if last.end > objects.start => {} // only in a damaged file
-            _ if objects.is_empty() => {}
-            _ => list.push(objects),
+        let mut rest = set;
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            let run = lanes::run_length(rest, lane);
+            append(list, first + lane..first + lane + run);
+            rest = lanes::after_run(rest, lane, run);
         }
     }
 
     /// Step 7: puts the levels together, coarsest first, and states what it took and what the
     /// largest size left out is: radii, per metre of distance where the view is a perspective.
-    pub(super) fn finish(&mut self, largest_omitted: [f32; 8], pixels: PixelScale, stats: Stats) {
-        for list in self.levels.iter().rev() {
-            for objects in list {
-                match self.ranges.last_mut() {
-                    Some(last) if last.end == objects.start => last.end = objects.end,
-                    _ => self.ranges.push(objects.clone()),
-                }
+    pub(super) fn finish(&mut self, largest_omitted: f32, pixels: PixelScale, stats: Stats) {
+        self.ranges.reserve(self.levels.iter().map(Vec::len).sum());
+        for list in self.levels.iter_mut().rev() {
+            // Within a level no two are adjacent.
+            if let (Some(last), Some(first)) = (self.ranges.last(), list.first_mut())
+                && last.end == first.start
+            {
+                first.start = last.start;
+                self.ranges.pop();
             }
+            self.ranges.append(list);
         }
-        let largest = f64::from(largest_omitted.into_iter().fold(0.0, f32::max));
         let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = pixels;
-        self.bound = 2.0 * largest * scale;
+        self.bound = 2.0 * f64::from(largest_omitted) * scale;
         self.stats = stats;
+    }
+}
+
+#[inline]
+fn append(list: &mut Vec<Range<u32>>, objects: Range<u32>) {
+    match list.last_mut() {
+        Some(last) if last.end == objects.start => last.end = objects.end,
+        Some(last) if last.end > objects.start => {} // only in a damaged file
+        _ if objects.is_empty() => {}
+        _ => list.push(objects),
     }
 }
