@@ -76,7 +76,7 @@ fn a_city_of_ones_own_is_measured_too() {
     let desk = Desk::new();
     desk.out("generate --objects 700 --seed 5 -o own.citylod");
     let text = desk.out("experiment far-dist --largest 1000 --city own.citylod");
-    assert!(text.contains("own.citylod (700 objects)"), "{text}");
+    assert!(text.contains("own (700 objects)"), "{text}");
     let run = desk.run("experiment far-dist --largest 1000 --city none.citylod");
     assert_eq!(run.code, Some(1));
     assert!(run.err.contains("none.citylod: cannot open"), "{}", run.err);
