@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use citylod::index::{self, LodTree, Promotion};
 use citylod::scene::{CityParams, generate};
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 
 fn open(c: &mut Criterion) {
     let folder = tempfile::tempdir().unwrap();
@@ -21,7 +21,6 @@ fn open(c: &mut Criterion) {
         let tree = index::build(&scene, Promotion::Tallest).unwrap();
         let path = folder.path().join(format!("{objects}.citylod"));
         tree.save(&path).unwrap();
-        group.throughput(Throughput::Bytes(tree.byte_len() as u64));
         group.bench_function(BenchmarkId::new("unread", objects), |b| {
             b.iter(|| LodTree::open(&path).unwrap());
         });

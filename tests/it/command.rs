@@ -1,99 +1,14 @@
 use std::io::{BufRead as _, BufReader, Write as _};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::Stdio;
 
 use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use citylod::index::LodTree;
 use citylod::lod::{Beyond, RangeLod, Selection, retrieve};
 use serde_json::Value;
-use tempfile::TempDir;
 
+use crate::desk::Desk;
 use crate::written::fixture;
-
-/// A folder to run the command in.
-pub struct Desk(TempDir);
-
-/// What a run came to.
-pub struct Run {
-    pub code: Option<i32>,
-    pub out: String,
-    pub err: String,
-}
-
-impl Desk {
-    pub fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    pub fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// Runs the command with these words, none of which holds a space.
-    pub fn run(&self, words: &str) -> Run {
-        self.run_with(&words.split(' ').map(Into::into).collect::<Vec<_>>())
-    }
-
-    fn run_with(&self, arguments: &[PathBuf]) -> Run {
-        let output = self.command().args(arguments).output().unwrap();
-        let text = |bytes| String::from_utf8(bytes).unwrap();
-        Run {
-            code: output.status.code(),
-            out: text(output.stdout),
-            err: text(output.stderr),
-        }
-    }
-
-    fn command(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_citylod"));
-        command.current_dir(self.0.path()).stdin(Stdio::null());
-        command
-    }
-
-    /// What a run prints that succeeds.
-    pub fn out(&self, words: &str) -> String {
-        let run = self.run(words);
-        assert_eq!(run.code, Some(0), "{words}: {}", run.err);
-        run.out
-    }
-
-    pub fn json(&self, words: &str) -> Value {
-        serde_json::from_str(&self.out(words)).unwrap()
-    }
-
-    fn lines(&self, words: &str) -> Vec<Value> {
-        let out = self.out(words);
-        out.lines()
-            .map(|line| serde_json::from_str(line).unwrap())
-            .collect()
-    }
-
-    /// Imports fixtures into `city.citylod` and gives its objects.
-    fn imported(&self, files: &[&str], options: &str) -> Vec<Value> {
-        let mut words: Vec<PathBuf> = vec!["import".into()];
-        words.extend(files.iter().map(|f| fixture(f)));
-        words.extend(options.split_whitespace().map(Into::into));
-        words.extend(["-o".into(), "city.citylod".into()]);
-        let run = self.run_with(&words);
-        assert_eq!(run.code, Some(0), "{}", run.err);
-        self.lines("info city.citylod --objects")
-    }
-
-    fn write(&self, name: &str, content: &[u8]) {
-        std::fs::write(self.path(name), content).unwrap();
-    }
-
-    /// Asserts that a run fails with this code and these words on its standard error.
-    fn refuses(&self, words: &str, code: i32, expected: &[&str]) {
-        let run = self.run(words);
-        assert_eq!(run.code, Some(code), "{words}: {}", run.err);
-        assert_eq!(run.out, "", "{words}");
-        for word in expected {
-            assert!(run.err.contains(word), "{words}: {word:?} in {:?}", run.err);
-        }
-        assert!(!run.err.contains("panicked"), "{}", run.err);
-    }
-}
 
 fn keys(value: &Value) -> Vec<&str> {
     value
@@ -187,11 +102,11 @@ fn promotion_decides_who_stands_for_the_neighbours() {
         ("bridge".to_owned(), 2200.0, [150.0, 2.0, 2.0]),
     ];
     for (id, x, [w, d, h]) in huts.chain(large) {
-        obj += &format!(
-            "o {id}\nv {x} 0 0\nv {0} 0 0\nv {0} {d} {h}\nv {x} {d} {h}\n",
-            x + w
-        );
-        obj += "f -4 -3 -2 -1\n";
+        let far = x + w;
+        obj.extend([
+            format!("o {id}\nv {x} 0 0\nv {far} 0 0\n"),
+            format!("v {far} {d} {h}\nv {x} {d} {h}\nf -4 -3 -2 -1\n"),
+        ]);
     }
     desk.write("row.obj", obj.as_bytes());
     for (options, expected, name) in [
@@ -237,7 +152,7 @@ fn a_failed_import_leaves_the_output_as_it_was() {
         std::fs::read(desk.path("city.citylod")).unwrap(),
         b"precious"
     );
-    assert_eq!(std::fs::read_dir(desk.0.path()).unwrap().count(), 3);
+    assert_eq!(std::fs::read_dir(desk.path("")).unwrap().count(), 3);
     desk.write("ok.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     desk.refuses(
         "import ok.obj -o no/city.citylod",

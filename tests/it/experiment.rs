@@ -1,6 +1,6 @@
 use serde_json::Value;
 
-use crate::command::Desk;
+use crate::desk::Desk;
 
 fn number(value: &Value, key: &str) -> f64 {
     value[key]

@@ -9,6 +9,8 @@
 
 /// The command line as a user meets it: what it writes, prints, refuses and exits with.
 mod command;
+/// A folder to run the command in, and what a run came to.
+mod desk;
 /// A city that is edited keeps its laws and gives the same answers.
 mod edit;
 /// The experiments print, write and state what was asked for.
