@@ -132,6 +132,14 @@ impl Aabb {
         self.distance_squared(point).sqrt()
     }
 
+    /// The box with the corners `[min x, min y, min z, max x, max y, max z]`.
+    ///
+    /// # Errors
+    /// As [`Aabb::new`].
+    pub fn from_array([x0, y0, z0, x1, y1, z1]: [f64; 6]) -> Result<Self, AabbError> {
+        Self::new(DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1))
+    }
+
     /// `[min x, min y, min z, max x, max y, max z]`.
     pub fn to_array(self) -> [f64; 6] {
         [

@@ -17,6 +17,13 @@ pub(super) struct Hierarchy {
     pub levels: Vec<Level>,
 }
 
+impl Hierarchy {
+    /// Box and representative of every node, in file order: root first.
+    pub(super) fn envelopes(&self) -> impl Iterator<Item = &LodEnvelope<Canonical>> {
+        self.levels.iter().rev().flat_map(|level| &level.envelopes)
+    }
+}
+
 /// All nodes at one height above the leaves.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Level {

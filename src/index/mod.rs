@@ -5,6 +5,7 @@
 //!
 //! Knows nothing of views or HTTP.
 
+mod blocks;
 mod bulk;
 mod edit;
 mod envelope;
@@ -14,8 +15,10 @@ mod hierarchy;
 mod image;
 mod outward;
 mod pack;
+mod plan;
 mod promotion;
 mod replace;
+mod texts;
 mod tree;
 mod validate;
 

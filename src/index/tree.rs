@@ -10,12 +10,11 @@ use std::path::Path;
 use compact_str::CompactString;
 use serde::{Deserialize, Serialize};
 
+use super::Promotion;
 use super::error::FileError;
 use super::file::{Damage, Section, VERSION};
 use super::image::{Image, Refusal};
-use super::pack::box_of;
 use super::replace::replace_file;
-use super::{Promotion, validate};
 use crate::geom::{Aabb, DVec3};
 use crate::scene::SceneObject;
 
@@ -45,9 +44,12 @@ pub(super) struct Meta {
 impl Meta {
     pub(super) fn of(objects: &[&SceneObject], crs: Option<&str>) -> Self {
         let mut classes = BTreeSet::new();
+        let mut last = None;
         for object in objects {
-            if !classes.contains(&object.class) {
+            // Neighbours are mostly of one kind.
+            if last != Some(&object.class) {
                 classes.insert(object.class.clone());
+                last = Some(&object.class);
             }
         }
         Self {
@@ -181,11 +183,6 @@ impl LodTree {
         })
     }
 
-    /// Every broken invariant; see [`validate`].
-    pub fn validate(&self) -> Vec<super::Violation> {
-        validate(self)
-    }
-
     /// Size of the tree in bytes, as a file and in memory.
     pub fn byte_len(&self) -> usize {
         self.image.bytes().len()
@@ -238,7 +235,7 @@ impl LodTree {
 
     /// Box of all objects; empty without objects.
     pub fn bounds(&self) -> Aabb {
-        box_of(self.image.header().bounds)
+        Aabb::from_array(self.image.header().bounds).unwrap_or(Aabb::EMPTY)
     }
 
     /// The arrays a traversal reads.
@@ -324,7 +321,7 @@ impl LodTree {
             .object_boxes
             .get(object as usize)
             .copied()
-            .map(box_of)
+            .map(|b| Aabb::from_array(b).unwrap_or(Aabb::EMPTY))
     }
 
     /// The level an object is stored at, 0 for leaves.

@@ -23,6 +23,13 @@ impl fmt::Display for Violation {
 /// How many violations are listed; a damaged file breaks millions.
 const MOST_LISTED: usize = 100;
 
+impl LodTree {
+    /// Every broken invariant; see [`validate`].
+    pub fn validate(&self) -> Vec<Violation> {
+        validate(self)
+    }
+}
+
 struct Check<'a> {
     tree: &'a LodTree,
     violations: Vec<Violation>,
@@ -300,5 +307,5 @@ fn node_box(tree: &LodTree, node: u32) -> Aabb {
     boxes
         .get(node as usize)
         .copied()
-        .map_or(Aabb::EMPTY, super::pack::box_of)
+        .map_or(Aabb::EMPTY, |b| Aabb::from_array(b).unwrap_or(Aabb::EMPTY))
 }

@@ -21,7 +21,7 @@ use super::level::Level;
 use super::selection::Stats;
 use super::{RangeLod, Selection};
 use crate::geom::{
-    Aabb, DVec3, Eight, EightDistances, EightRelations, Filter, Lanes, LargestSize, PlaneSet, View,
+    Aabb, Eight, EightDistances, EightRelations, Filter, Lanes, LargestSize, PlaneSet, View,
 };
 use crate::index::{Arrays, LodTree};
 
@@ -374,6 +374,5 @@ impl Traversal<'_> {
 
 /// The exact box, where it is one.
 pub(super) fn exact(boxes: &[[f64; 6]], at: u32) -> Option<Aabb> {
-    let [x0, y0, z0, x1, y1, z1] = *boxes.get(at as usize)?;
-    Aabb::new(DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1)).ok()
+    Aabb::from_array(*boxes.get(at as usize)?).ok()
 }
