@@ -81,6 +81,6 @@ impl LargestSize {
 fn of_set(values: f32x8, set: Lanes) -> f32x8 {
     const BITS: [i32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
     let bits = i32x8::from(BITS);
-    let mask = (i32x8::splat(set as i32) & bits).simd_eq(bits);
+    let mask = (i32x8::splat(set.cast_signed()) & bits).simd_eq(bits);
     bytemuck::cast::<i32x8, f32x8>(mask) & values
 }

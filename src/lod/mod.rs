@@ -7,6 +7,7 @@
 
 mod gather;
 mod lanes;
+mod level;
 mod range;
 mod retrieve;
 mod selection;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::lanes;
-use super::retrieve::Level;
+use super::level::Level;
 use crate::geom::{Lanes, PixelScale};
 
 /// The objects to draw, as ranges of object numbers, and what finding them took.
