@@ -108,6 +108,15 @@ pub struct EightRelations {
 }
 
 impl EightRelations {
+    #[cold]
+    fn unknown(set: PlaneSet) -> Self {
+        Self {
+            outside: 0,
+            inside: if set == 0 { ALL_LANES } else { 0 },
+            open: u64::from(set) * 0x0101_0101_0101_0101,
+        }
+    }
+
     /// The planes that box `lane` is not known to be inside of.
     #[inline]
     pub fn open_planes(&self, lane: u32) -> PlaneSet {
@@ -194,12 +203,8 @@ impl Filter {
     /// How the boxes lie to the planes in `set`.
     #[inline]
     pub fn relations(&self, boxes: &Eight, mut set: PlaneSet) -> EightRelations {
-        if set == 0 || !self.bounded {
-            return EightRelations {
-                outside: 0,
-                inside: if set == 0 { ALL_LANES } else { 0 },
-                open: u64::from(set) * 0x0101_0101_0101_0101,
-            };
+        if !self.bounded {
+            return EightRelations::unknown(set);
         }
         let mut outside = f32x8::ZERO;
         let mut crossing = 0;
@@ -222,7 +227,7 @@ impl Filter {
     #[inline]
     pub fn outside_or_touching(&self, boxes: &Eight, mut set: PlaneSet) -> (Lanes, Lanes) {
         if !self.bounded {
-            return (0, 0);
+            return unknown();
         }
         let mut outside = f32x8::ZERO;
         let mut open = f32x8::ZERO;
@@ -301,6 +306,11 @@ impl EightDistances {
     pub fn not_nearer(&self, threshold: &Threshold) -> Lanes {
         negative(self.squared.simd_gt(threshold.above))
     }
+}
+
+#[cold]
+fn unknown() -> (Lanes, Lanes) {
+    (0, 0)
 }
 
 /// The lanes whose sign is negative, those where a comparison holds included.

@@ -16,6 +16,9 @@ impl Traversal<'_> {
     /// frustum (step 3), of others what is not outside (step 5).
     #[inline]
     pub(super) fn add(&mut self, level: u32, first: u32, set: Lanes, relations: &EightRelations) {
+        if self.enters(level) {
+            self.add_representatives(first, set, relations);
+        }
         let inside = set & relations.inside;
         let mut rest = set;
         while rest != 0 {
@@ -23,7 +26,7 @@ impl Traversal<'_> {
             let node = first + lane;
             let run = if lanes::has(inside, lane) {
                 let run = lanes::run_length(inside, lane);
-                self.add_inside(level, node..node + run);
+                self.add_own(level, &(node..node + run));
                 run
             } else {
                 self.add_crossing(level, node, relations.open_planes(lane));
@@ -33,21 +36,9 @@ impl Traversal<'_> {
         }
     }
 
+    /// Adds a node's own objects that are not outside one of `planes`.
     #[inline]
-    fn add_inside(&mut self, level: u32, nodes: Range<u32>) {
-        if self.enters(level) {
-            for node in nodes.clone() {
-                self.add_representative(node, 0);
-            }
-        }
-        self.add_own(level, &nodes);
-    }
-
-    #[inline(never)] // as part of the loop above it makes both slower
     fn add_crossing(&mut self, level: u32, node: u32, planes: PlaneSet) {
-        if self.enters(level) {
-            self.add_representative(node, planes);
-        }
         if let (Some(own), Some(&block)) = (
             self.own(&(node..node + 1)),
             self.arrays.own_block_starts.get(node as usize),
@@ -60,7 +51,12 @@ impl Traversal<'_> {
     /// nodes' own objects have been added, unless they pass through.
     pub(super) fn add_subtrees(&mut self, level: u32, nodes: Range<u32>, cut: u32) {
         if level >= self.ranged_levels {
-            self.add_inside(level, nodes.clone());
+            if self.enters(level) {
+                for node in nodes.clone() {
+                    self.add_representative(node, 0);
+                }
+            }
+            self.add_own(level, &nodes);
         }
         let mut nodes = nodes;
         for below in (cut..level).rev() {
@@ -106,9 +102,16 @@ impl Traversal<'_> {
         }
     }
 
+    /// Adds the objects that stand for the siblings in `set`.
+    #[cold]
+    fn add_representatives(&mut self, first: u32, set: Lanes, relations: &EightRelations) {
+        for lane in lanes::each(set) {
+            self.add_representative(first + lane, relations.open_planes(lane));
+        }
+    }
+
     /// Adds the object that stands for `node`, stored with an ancestor, unless it is outside one
     /// of `planes`.
-    #[inline(never)]
     fn add_representative(&mut self, node: u32, planes: PlaneSet) {
         let Some(&object) = self.arrays.representatives.get(node as usize) else {
             return;

@@ -2,10 +2,10 @@
 
 use crate::geom::{ALL_LANES, Lanes};
 
-/// The first `count` lanes.
+/// The first `count` lanes, at most eight.
 #[inline]
 pub(super) fn first(count: u32) -> Lanes {
-    ALL_LANES >> (8 - count)
+    !(Lanes::MAX << count) & ALL_LANES
 }
 
 /// How many lanes from `lane` on, which is in the set, follow one another.

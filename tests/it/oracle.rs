@@ -19,6 +19,12 @@ struct Node {
     children: Vec<usize>,
 }
 
+/// Where a branch of the query goes on.
+enum Step {
+    Two(usize),
+    Three(usize),
+}
+
 impl Gong {
     /// Takes from the packed tree which object lies in which leaf, and nothing else: boxes and
     /// representatives are found again by looking at all objects below.
@@ -123,10 +129,6 @@ impl Gong {
             (gap(0) * gap(0) + gap(1) * gap(1) + gap(2) * gap(2)).sqrt()
         };
 
-        enum Step {
-            Two(usize),
-            Three(usize),
-        }
         let mut open = vec![Step::Two(0)]; // step 1
         while let Some(step) = open.pop() {
             let (node, whole) = match step {
