@@ -85,6 +85,15 @@ impl City {
     }
 }
 
+/// A number for people; a city smaller than the first distance fits no model.
+fn finite(number: f64, digits: usize) -> String {
+    if number.is_finite() {
+        format!("{number:.digits$}")
+    } else {
+        "-".into()
+    }
+}
+
 fn report(cities: &[City]) -> Result<Report, ReportError> {
     let mut rows = Vec::new();
     let mut scenes = Vec::new();
@@ -107,18 +116,18 @@ fn report(cities: &[City]) -> Result<Report, ReportError> {
                 far_dist.to_string(),
                 format!("{count:.0}"),
                 ratio(i).map_or("-".into(), |r| format!("{r:.2}")),
-                format!("{fitted:.0}"),
+                finite(fitted, 0),
             ]);
         }
         let mean_ratio = city.mean_ratio();
         let _ = write!(
             text,
-            "\n{} ({} objects): mean ratio {mean_ratio:.2}, exponent {exponent:.2}, s = {:.0} m, \
-             R2 = {:.4}",
+            "\n{} ({} objects): mean ratio {mean_ratio:.2}, exponent {exponent:.2}, s = {} m, \
+             R2 = {}",
             city.name,
             thousands(city.objects.into()),
-            model.node_size,
-            model.r2
+            finite(model.node_size, 0),
+            finite(model.r2, 4)
         );
         scenes.push(json!({
             "name": city.name,

@@ -12,7 +12,7 @@ mod timing;
 
 use std::path::PathBuf;
 
-pub use report::{Report, ReportError};
+pub use report::{Report, ReportError, write_index};
 
 /// What can be asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -96,8 +96,16 @@ fn draw<'a>(
     root.present()
 }
 
-/// 1500 → 1.5k, 10000000 → 10M.
+/// 2000 → 2k, 10000000 → 10M; nothing for what is not 1, 2 or 5 of a decade, as labels would
+/// run into one another.
 fn short(value: f64) -> String {
+    let leading = value / 10_f64.powf(value.log10().floor());
+    if ![1.0, 2.0, 5.0, 10.0]
+        .iter()
+        .any(|tick| (leading - tick).abs() < 1e-6)
+    {
+        return String::new();
+    }
     let (scaled, unit) = match value {
         v if v >= 1e9 => (v / 1e9, "G"),
         v if v >= 1e6 => (v / 1e6, "M"),

@@ -43,7 +43,7 @@ pub enum ReportError {
     #[error("camera: {0}")]
     View(#[from] ViewError),
     /// A result cannot be written.
-    #[error("{}: cannot write: {source}", path.display())]
+    #[error("{}: cannot write", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -115,6 +115,49 @@ impl Report {
     }
 }
 
+/// A page that shows the reports in a folder with their plots.
+fn page(reports: &[Report]) -> String {
+    let escaped = |text: &str| {
+        let text = text.replace('&', "&amp;").replace('<', "&lt;");
+        text.replace('\n', "<br>")
+    };
+    let row = |cells: &mut dyn Iterator<Item = &str>, tag: &str| {
+        let cells = cells.map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
+        format!("<tr>{}</tr>", cells.collect::<String>())
+    };
+    let sections = reports.iter().map(|report| {
+        let name = report.name;
+        let head = row(&mut report.columns.iter().copied(), "th");
+        let rows = report.rows.iter();
+        let rows = rows.map(|cells| row(&mut cells.iter().map(String::as_str), "td"));
+        format!(
+            "<h2>{name}</h2><p>{}</p><img src=\"{name}.svg\" alt=\"{name}\">\
+             <div class=\"wide\"><table>{head}{}</table></div>\
+             <p>Repeat it: <code>citylod experiment {name} --out .</code> · \
+             <a href=\"{name}.csv\">csv</a> · <a href=\"{name}.json\">json</a></p>",
+            escaped(&report.text),
+            rows.collect::<String>()
+        )
+    });
+    format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>citylod experiments</title>\
+         <style>body{{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}}\
+         img{{max-width:100%}}.wide{{overflow-x:auto}}table{{border-collapse:collapse;font-size:.85rem}}\
+         td,th{{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}}</style>\
+         <h1>citylod experiments</h1>{}</html>\n",
+        sections.collect::<String>()
+    )
+}
+
+/// Writes `index.html`, which shows reports that were written into the same folder.
+///
+/// # Errors
+/// [`ReportError::Write`] naming the file.
+pub fn write_index(reports: &[Report], folder: &Path) -> Result<(), ReportError> {
+    let path = folder.join("index.html");
+    std::fs::write(&path, page(reports)).map_err(|source| ReportError::Write { path, source })
+}
+
 /// What every record carries, so that it can be repeated.
 pub(super) fn circumstances(parameters: &Value) -> Value {
     json!({
@@ -136,7 +179,7 @@ pub(super) fn thousands(n: u64) -> String {
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(' ');
+            out.push(',');
         }
         out.push(digit);
     }

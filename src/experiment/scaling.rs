@@ -15,6 +15,7 @@ use crate::lod::{Beyond, RangeLod, Selection, retrieve};
 use crate::scene::{CityParams, Scene, generate};
 
 const SIZES: [u32; 4] = [10_000, 100_000, 1_000_000, 10_000_000];
+const LARGEST: u32 = 10_000_000;
 const PLACES: u32 = 4;
 /// One of Gong's.
 const FAR_DIST_M: f64 = 1000.0;
@@ -48,9 +49,15 @@ struct Row {
 }
 
 pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, ReportError> {
-    let largest = options.largest.unwrap_or(u32::MAX);
+    let largest = options.largest.unwrap_or(LARGEST);
     let mut rows = Vec::new();
-    for objects in SIZES.into_iter().filter(|&n| n <= largest) {
+    let mut sizes: Vec<u32> = SIZES.into_iter().filter(|&n| n <= largest).collect();
+    if let Some(asked) = options.largest
+        && !sizes.contains(&asked)
+    {
+        sizes.push(asked);
+    }
+    for objects in sizes {
         progress(&format!(
             "{} objects: generating",
             thousands(objects.into())
@@ -273,11 +280,11 @@ const COLUMNS: [&str; 17] = [
     "dense_us",
     "dense_ns_per_visible",
     "linear_us",
-    "linear/retrieve",
+    "linear_ratio",
     "full_visible",
     "full_us",
     "rstar_us",
-    "rstar/full",
+    "rstar_ratio",
 ];
 
 fn report(rows: &[Row]) -> Result<Report, ReportError> {

@@ -10,8 +10,9 @@
 //! the origin and of the conversion), 1 u from the product and at most 3 u from the sums; w
 //! carries 1 u and 3 u, and one sum more where both forms are asked for. Together at most 10 u of
 //! Σ|nᵢ|·Xᵢ + |w|; [`SLACK`] is 16 u. The slack is part of w, so the sign alone answers; 0 means
-//! that the exact value is beyond 0 by what is left of the slack. The absolute term covers
-//! underflow. Where plane tests could overflow, every one of them is left open.
+//! that the exact value is beyond 0 by what is left of the slack. The planes' own uncertainty
+//! ([`Frustum`]) and an absolute term for underflow are added; normals are about 1, so that none
+//! of their components that matter is denormal in f32. Where plane tests could overflow, every one of them is left open.
 
 use wide::f32x8;
 
@@ -154,10 +155,14 @@ impl Filter {
             let offset = plane.offset - plane.normal.dot(eye);
             let cancelled = plane.normal.abs().dot(eye.abs()) + plane.offset.abs();
             let magnitude = plane.normal.abs().dot(reach) + offset.abs();
+            let uncertain = plane.normal.abs().max_element()
+                * (reach.element_sum() + eye.abs().element_sum())
+                + plane.offset.abs();
             let slack = SLACK * magnitude
+                + frustum.slack() * uncertain
                 + 8.0 * f64::EPSILON * cancelled
                 + plane.offset_error
-                + f64::from(f32::MIN_POSITIVE);
+                + f64::from(f32::MIN_POSITIVE) * (1.0 + reach.element_sum());
             bounded &= magnitude + plane.normal.abs().max_element() + slack < LARGEST_TERM;
             let upper = plane.normal.cmpge(DVec3::ZERO);
             let corner = |upper: [bool; 3]| {
@@ -290,7 +295,8 @@ impl Filter {
             let size = f32x8::from(boxes[axis + 3]) - f32x8::from(boxes[axis]);
             squared += size * size;
         }
-        squared.sqrt() * f32x8::splat(0.5 * (1.0 + 8.0 * f32::EPSILON))
+        // Squares may underflow; what is lost is less than what is added.
+        squared.sqrt() * f32x8::splat(0.5 * (1.0 + 8.0 * f32::EPSILON)) + f32x8::splat(1e-18)
     }
 }
 

@@ -46,7 +46,7 @@ impl Frustum {
         debug_assert!(planes.len() <= Self::MAX_PLANES);
         Self {
             eye,
-            planes,
+            planes: planes.into_iter().map(Plane::rescaled).collect(),
             slack: (coefficient_error + EVALUATION_ERROR) * U,
         }
     }
@@ -56,7 +56,12 @@ impl Frustum {
         self.eye
     }
 
-    /// The half-spaces.
+    /// What the value of a plane may be off by, relative to ‖n‖∞·Σ|pᵢ − eyeᵢ| + |offset|.
+    pub(super) fn slack(&self) -> f64 {
+        self.slack
+    }
+
+    /// The half-spaces; the largest component of each normal lies in [1, 2).
     pub fn planes(&self) -> &[Plane] {
         &self.planes
     }
@@ -91,12 +96,36 @@ impl Frustum {
 /// make 5; the magnitude it is compared with loses as many again, and the comparison's product 1.
 const EVALUATION_ERROR: f64 = 12.0;
 
+/// More than the products and the magnitude lose where they are too small for f64: normals are
+/// about 1 and there are fewer than eight.
+const UNDERFLOW: f64 = 8.0 * f64::MIN_POSITIVE;
+
 impl Plane {
     pub(super) fn exact(normal: DVec3, offset: f64) -> Self {
         Self {
             normal,
             offset,
             offset_error: 0.0,
+        }
+    }
+
+    /// The same half-space, its numbers multiplied by a power of two, which rounds nothing.
+    fn rescaled(self) -> Self {
+        let times = |plane: Self, factor: f64| Self {
+            normal: plane.normal * factor,
+            offset: plane.offset * factor,
+            offset_error: plane.offset_error * factor,
+        };
+        let largest = |plane: &Self| plane.normal.abs().max_element();
+        // Out of the reach of denormals first, whose exponents do not tell their size.
+        let plane = match largest(&self) {
+            tiny if tiny < f64::MIN_POSITIVE => times(self, f64::from_bits((1023 + 600) << 52)),
+            _ => self,
+        };
+        let exponent = largest(&plane).to_bits() >> 52;
+        match 2046_u64.checked_sub(exponent) {
+            Some(opposite @ 1..) => times(plane, f64::from_bits(opposite << 52)),
+            _ => plane,
         }
     }
 
@@ -115,13 +144,14 @@ impl Plane {
     /// floating point it is off by at most `slack`·m with m = ‖n‖∞·Σ|pᵢ − eyeᵢ| + |offset|, so
     /// s < −`slack`·m proves that the exact value is negative. (Higham, "Accuracy and Stability
     /// of Numerical Algorithms", §3.1: a sum of k roundings is off by k·u of its magnitude, the
-    /// terms in u² being covered by the roundings counted twice in [`EVALUATION_ERROR`].)
+    /// terms in u² being covered by the roundings counted twice in [`EVALUATION_ERROR`].) Products
+    /// that underflow are off by less than [`UNDERFLOW`].
     fn beyond(&self, eye: DVec3, b: &Aabb, slack: f64) -> bool {
         let corner = DVec3::select(self.normal.cmpge(DVec3::ZERO), b.max(), b.min());
         let to_corner = corner - eye;
         let s = self.normal.dot(to_corner) + self.offset;
         let magnitude =
             self.normal.abs().max_element() * to_corner.abs().element_sum() + self.offset.abs();
-        s < -(slack * magnitude + self.offset_error)
+        s < -(slack * magnitude + self.offset_error + UNDERFLOW)
     }
 }

@@ -164,9 +164,12 @@ impl View {
                 PixelScale::PerMetre(height_px / height_m)
             }
         };
-        // Basis vectors come from a normalisation, a cross product that loses 1/sine, and a
-        // second one (10 roundings each at most); the tangents and the sum with forward add 6.
-        let coefficient_error = 16.0 + 10.0 / basis.sine;
+        // In units of roundoff, relative to a normal's largest component. Basis vectors come from
+        // a normalisation (3), a cross product (2) that loses 1/sine, a division by its length
+        // (2) and a second cross product (3): 7/sine + 3 of their length, √3 times that of their
+        // largest component. The tangent of an angle x that is off by 3 moves the normal by
+        // 3x/sin²x where it is above 1 and by 3x/cos²x below: less than 10. The sum adds 1.
+        let coefficient_error = 20.0 + 16.0 / basis.sine;
         Ok(Self {
             frustum: Frustum::new(eye, planes, coefficient_error),
             pixels,
@@ -212,7 +215,10 @@ impl View {
                 ));
             }
         }
-        let vertical = y.truncate().length();
+        // What y holds along w is where the window lies, not how tall it is.
+        let along = w.truncate().normalize_or_zero();
+        let upright = y.truncate();
+        let vertical = (upright - along * upright.dot(along)).length();
         let depth = w.truncate().length();
         if vertical == 0.0 || x.truncate() == DVec3::ZERO {
             return Err(ViewError::new(FIELD, "has an x or y row without direction"));

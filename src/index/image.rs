@@ -80,9 +80,6 @@ impl Image {
     pub(super) fn verify(&self) -> Result<(), Damage> {
         let bytes = self.bytes();
         let table = bytemuck::cast_slice::<u8, TableEntry>(&bytes[table_range()]);
-        if header_checksum(bytes) != self.header.checksum {
-            return Err(Damage::new("header", "its checksum does not match"));
-        }
         let extents = extents(&self.sections, bytes.len());
         Section::ALL.par_iter().try_for_each(|&section| {
             let extent = extents[section as usize].clone();
@@ -129,6 +126,9 @@ fn parse(bytes: &[u8]) -> Result<Parsed, Refusal> {
     let header: Header = bytemuck::pod_read_unaligned(&bytes[..size_of::<Header>()]);
     if header.version != VERSION {
         return Err(Refusal::Version(header.version));
+    }
+    if header_checksum(bytes) != header.checksum {
+        return Err(damaged("header", "its checksum does not match".into()));
     }
     if header.sections as usize != Section::ALL.len() || header.levels > MOST_LEVELS {
         return Err(damaged("header", "impossible counts".into()));

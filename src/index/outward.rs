@@ -23,8 +23,13 @@ fn round_down(x: f64) -> f32 {
 }
 
 /// The smallest f32 not below `x`.
-pub(super) fn round_up(x: f64) -> f32 {
+fn round_up(x: f64) -> f32 {
     -round_down(-x)
+}
+
+/// A radius as it is stored: rounded up, and never 0, so that a point is something too.
+pub(super) fn stored_radius(radius: f64) -> f32 {
+    round_up(radius).max(f32::MIN_POSITIVE)
 }
 
 impl LodTree {

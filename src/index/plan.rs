@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::hierarchy::{Canonical, Hierarchy};
-use super::outward::round_up;
+use super::outward::stored_radius;
 use crate::scene::SceneObject;
 
 /// Which object is stored where.
@@ -60,13 +60,13 @@ impl Plan {
         plan
     }
 
-    /// Largest radius below each node that is not its own, rounded up.
+    /// Largest radius below each node that is not its own, rounded up; 0 where there is nothing.
     pub(super) fn hidden_radii(&self, arranged: &[&SceneObject]) -> Vec<f32> {
         let nodes = self.own.len() - 1;
         let mut hidden = vec![0.0_f32; nodes];
         let radii: Vec<f32> = arranged
             .par_iter()
-            .map(|o| round_up(o.bounds.radius()))
+            .map(|o| stored_radius(o.bounds.radius()))
             .collect();
         for node in (0..self.children.len() - 1).rev() {
             let children = self.children[node] as usize..self.children[node + 1] as usize;

@@ -122,7 +122,7 @@ impl LodTree {
     }
 
     /// Maps a file without reading it through: constant time, whatever its size. Header and
-    /// section table are checked, contents are not; see [`LodTree::verify`].
+    /// section table are checked, contents are not; see [`LodTree::open_verified`].
     ///
     /// The file must not be changed in place while it is mapped. [`LodTree::save`] replaces
     /// files whole, so saving over an open one is safe.
@@ -276,14 +276,15 @@ impl LodTree {
     pub fn append_ids_json(&self, ranges: &[Range<u32>], out: &mut Vec<u8>) {
         let starts: &[u64] = self.image.slice(Section::IdStarts);
         let ids = self.image.section(Section::Ids);
-        let text = |range: &Range<u32>| {
+        let mut next = 0;
+        let texts = ranges.iter().filter_map(|range| {
             let start = *starts.get(range.start as usize)? as usize;
             let end = *starts.get(range.end as usize)? as usize;
-            ids.get(start..end)
-        };
-        let texts = || ranges.iter().filter_map(text);
-        out.reserve(texts().map(<[u8]>::len).sum());
-        texts().for_each(|text| out.extend_from_slice(text));
+            let text = ids.get(start.max(next)..end)?; // later only in a damaged file
+            next = end;
+            Some(text)
+        });
+        texts.for_each(|text| out.extend_from_slice(text));
     }
 
     /// The id of an object.

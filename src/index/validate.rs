@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::LodTree;
+use super::outward::stored_radius;
 use crate::geom::Aabb;
 
 /// A broken invariant.
@@ -138,14 +139,12 @@ impl Check<'_> {
                 .flat_map(|c| {
                     let own = a.own[c as usize]..a.own[c as usize + 1];
                     own.filter_map(|o| self.tree.bounds_of(o))
-                        .map(|b| b.radius())
-                        .chain([f64::from(a.hidden_radii[c as usize])])
+                        .map(|b| stored_radius(b.radius()))
+                        .chain([a.hidden_radii[c as usize]])
                 })
-                .fold(0.0, f64::max);
-            let stated = f64::from(a.hidden_radii[at]);
+                .fold(0.0, f32::max);
             self.require(
-                stated >= hidden
-                    && stated <= hidden * (1.0 + 2.0 * f64::from(f32::EPSILON)) + 1e-37,
+                a.hidden_radii[at] == hidden,
                 "hidden radius is the largest below",
                 || format!("node {node}"),
             );
