@@ -215,12 +215,19 @@ impl View {
                 ));
             }
         }
+        // Sizes do not change with the scale of the matrix, but lengths may underflow with it.
+        let largest = view_projection
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0, |most: f64, c| most.max(c.abs()));
+        let [x, y, w] = [x, y, w].map(|row| row / largest);
         // What y holds along w is where the window lies, not how tall it is.
         let along = w.truncate().normalize_or_zero();
         let upright = y.truncate();
         let vertical = (upright - along * upright.dot(along)).length();
         let depth = w.truncate().length();
-        if vertical == 0.0 || x.truncate() == DVec3::ZERO {
+        let wide = x.truncate().length() > 0.0; // false for 0 / 0 too
+        if !(vertical > 0.0 && wide) {
             return Err(ViewError::new(FIELD, "has an x or y row without direction"));
         }
         let half_height = f64::from(viewport[1]) * 0.5;
