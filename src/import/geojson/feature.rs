@@ -173,10 +173,10 @@ impl<'a, 'c> Features<'a, 'c> {
     /// The prism over the rings.
     fn shape(&mut self, properties: &Properties) -> Result<(), ImportError> {
         self.shape.clear();
-        let Some(&first) = self.rings.positions.first() else {
+        if self.rings.positions.is_empty() {
             return Ok(());
-        };
-        self.system.settle(first, self.collector)?;
+        }
+        self.system.settle(&self.rings.positions, self.collector)?;
         let (ground, highest) = self.heights_of_positions();
         let height = properties.height(self.options.height.as_deref());
         let extruded = matches!(height, Height::Metres(m) if m > 0.0);
