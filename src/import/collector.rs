@@ -117,6 +117,7 @@ impl Collector {
         Imported {
             scene: self.scene,
             warnings: self.warnings,
+            unused: Vec::new(),
         }
     }
 
