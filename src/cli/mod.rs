@@ -9,6 +9,7 @@ mod info;
 mod progress;
 mod query;
 mod serve;
+mod text;
 
 use std::process::ExitCode;
 
