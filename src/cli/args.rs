@@ -1,10 +1,11 @@
 //! The command line, as typed and checked.
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::geom::DVec3;
 use crate::import::Up;
@@ -39,8 +40,8 @@ pub(super) struct ImportArgs {
     /// Files of one city; formats may differ
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Where to write the city
-    #[arg(short, long)]
+    /// Where to write the city: a name that ends in .citylod
+    #[arg(short, long, value_parser = citylod_name)]
     pub output: PathBuf,
     /// Axis that points up [default: y for glTF, z for OBJ]
     #[arg(long)]
@@ -68,11 +69,11 @@ pub(super) struct GenerateArgs {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Where to write it: .citylod or .glb
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = citylod_or_glb_name)]
     pub output: PathBuf,
-    /// What makes an object stand for its neighbours
-    #[arg(long, default_value = "tallest")]
-    pub promote: PromoteArg,
+    /// What makes an object stand for its neighbours; .citylod only [default: tallest]
+    #[arg(long)]
+    pub promote: Option<PromoteArg>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -115,7 +116,7 @@ pub(super) struct QueryArgs {
     #[arg(long, default_value = "1920x1080")]
     pub size: SizeArg,
     /// Farthest distance of the finest level, m; `inf` for everything in view
-    #[arg(long, default_value_t = 500.0)]
+    #[arg(long, default_value_t = 500.0, value_parser = metres)]
     pub far_dist: f64,
     /// Ratio of the far distances of neighbouring levels
     #[arg(long, default_value_t = 2.5)]
@@ -150,6 +151,42 @@ pub(super) struct ServeArgs {
     /// Most connections; more wait
     #[arg(long, default_value_t = 4096, value_parser = at_least_one)]
     pub max_connections: usize,
+}
+
+/// The kind of file that the name says.
+pub(super) fn extension(path: &Path) -> &str {
+    path.extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+}
+
+fn citylod_name(text: &str) -> Result<PathBuf, String> {
+    match extension(Path::new(text)) {
+        "citylod" => Ok(text.into()),
+        _ => Err("the name must end in .citylod".into()),
+    }
+}
+
+fn citylod_or_glb_name(text: &str) -> Result<PathBuf, String> {
+    match extension(Path::new(text)) {
+        "citylod" | "glb" => Ok(text.into()),
+        _ => Err("the name must end in .citylod or .glb".into()),
+    }
+}
+
+fn metres(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|m: &f64| !m.is_nan());
+    number.ok_or_else(|| "expected a number of metres or inf".into())
+}
+
+/// A fault in what was typed that shows only after parsing; the run ends with 2.
+pub(super) fn misuse(verb: &str, reason: impl std::fmt::Display) -> clap::Error {
+    let mut command = Args::command();
+    command.build();
+    match command.find_subcommand_mut(verb) {
+        Some(verb) => verb.error(ErrorKind::ValueValidation, reason),
+        None => command.error(ErrorKind::ValueValidation, reason),
+    }
 }
 
 fn at_least_one(text: &str) -> Result<usize, String> {

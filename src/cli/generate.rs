@@ -1,22 +1,17 @@
 use std::io::BufWriter;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
-use super::args::GenerateArgs;
-use super::{glb, progress};
+use super::args::{GenerateArgs, extension, misuse};
+use super::{glb, progress, text};
 use crate::index;
 use crate::scene::{CityParams, Scene, generate};
 
 pub(super) fn run(args: &GenerateArgs) -> Result<()> {
-    let extension = args.output.extension().and_then(|e| e.to_str());
-    let write: fn(&GenerateArgs, &Scene) -> Result<()> = match extension {
-        Some("citylod") => write_citylod,
-        Some("glb") => write_glb,
-        _ => bail!(
-            "{}: the name must end in .citylod or .glb",
-            args.output.display()
-        ),
-    };
+    let is_glb = extension(&args.output) == "glb";
+    if is_glb && args.promote.is_some() {
+        return Err(misuse("generate", "--promote does not apply to a .glb").into());
+    }
     let spinner = progress::spinner();
     spinner.set_message("generating");
     let scene = generate(&CityParams {
@@ -24,14 +19,18 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         seed: args.seed,
     });
     spinner.set_message("writing");
-    write(args, &scene)?;
+    let summary = if is_glb {
+        write_glb(args, &scene)?;
+        text::counted(args.objects.into(), "object")
+    } else {
+        let promotion = args.promote.map(Into::into).unwrap_or_default();
+        let tree = index::build(&scene, promotion)?;
+        tree.save(&args.output)?;
+        text::summary(&tree)
+    };
     spinner.finish_and_clear();
-    eprintln!("{}: {} objects", args.output.display(), args.objects);
+    eprintln!("{}: {summary}", args.output.display());
     Ok(())
-}
-
-fn write_citylod(args: &GenerateArgs, scene: &Scene) -> Result<()> {
-    Ok(index::build(scene, args.promote.into())?.save(&args.output)?)
 }
 
 fn write_glb(args: &GenerateArgs, scene: &Scene) -> Result<()> {

@@ -1,8 +1,8 @@
-use anyhow::Result;
+use anyhow::{Result, bail};
 
 use super::args::ImportArgs;
-use super::progress;
-use crate::import::{Options, import};
+use super::{progress, text};
+use crate::import::{Options, Unused, import};
 use crate::index;
 
 pub(super) fn run(args: &ImportArgs) -> Result<()> {
@@ -20,14 +20,24 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     bar.finish_and_clear();
     let imported = imported?;
 
+    for option in &imported.unused {
+        eprintln!("warning: {}", unused(*option));
+    }
     for warning in imported.warnings.iter().take(args.warnings) {
         eprintln!("warning: {warning}");
     }
     let hidden = imported.warnings.len().saturating_sub(args.warnings);
     if hidden > 0 {
         eprintln!(
-            "and {hidden} more warnings; see them with --warnings {}",
+            "and {}; see them with --warnings {}",
+            text::counted(hidden as u64, "more warning"),
             imported.warnings.len()
+        );
+    }
+    if imported.scene.objects.is_empty() {
+        bail!(
+            "the files hold no object to import; {} is left as it was",
+            args.output.display()
         );
     }
     let spinner = progress::spinner();
@@ -36,13 +46,14 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     spinner.set_message("writing");
     tree.save(&args.output)?;
     spinner.finish_and_clear();
-    eprintln!(
-        "{}: {} objects, {} levels, {} bytes{}",
-        args.output.display(),
-        tree.object_count(),
-        tree.level_count(),
-        tree.byte_len(),
-        tree.crs().map(|crs| format!(", {crs}")).unwrap_or_default(),
-    );
+    eprintln!("{}: {}", args.output.display(), text::summary(&tree));
     Ok(())
+}
+
+fn unused(option: Unused) -> &'static str {
+    match option {
+        Unused::Up => "--up is for glTF and OBJ, of which there is no file",
+        Unused::Lod => "--lod is for CityJSON, of which there is no file",
+        Unused::Height => "--height is for GeoJSON, of which there is no file",
+    }
 }

@@ -4,7 +4,8 @@ use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::InfoArgs;
-use crate::geom::Aabb;
+use super::text::{self, grouped};
+use crate::geom::{Aabb, DVec3};
 use crate::index::LodTree;
 
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
@@ -80,30 +81,56 @@ fn class_counts(tree: &LodTree) -> Vec<(String, serde_json::Value)> {
 fn table(args: &InfoArgs, tree: &LodTree, out: &mut impl Write) -> io::Result<()> {
     let bounds = tree.bounds();
     writeln!(out, "file       {}", args.file.display())?;
-    writeln!(out, "size       {} bytes", tree.byte_len())?;
+    writeln!(
+        out,
+        "size       {}",
+        text::counted(tree.byte_len() as u64, "byte")
+    )?;
     writeln!(out, "revision   {}", tree.revision())?;
     writeln!(out, "crs        {}", tree.crs().unwrap_or("not stated"))?;
-    writeln!(out, "objects    {}", tree.object_count())?;
+    writeln!(out, "objects    {}", grouped(tree.object_count().into()))?;
     for (class, count) in class_counts(tree) {
-        writeln!(out, "           {count:>9} {class}")?;
+        let count = grouped(count.as_u64().unwrap_or_default());
+        writeln!(out, "           {count:>11} {class}")?;
     }
-    writeln!(out, "nodes      {}", tree.node_count())?;
+    writeln!(out, "nodes      {}", grouped(tree.node_count().into()))?;
     let a = tree.arrays();
     for level in (0..tree.level_count() as usize).rev() {
         let at = tree.level_count() as usize - 1 - level;
         writeln!(
             out,
-            "  level {level:<2} {:>9} nodes {:>9} objects",
-            a.level_nodes[at + 1] - a.level_nodes[at],
-            a.level_objects[at + 1] - a.level_objects[at]
+            "  level {level:<2} {:>11} nodes {:>11} objects",
+            grouped((a.level_nodes[at + 1] - a.level_nodes[at]).into()),
+            grouped((a.level_objects[at + 1] - a.level_objects[at]).into())
         )?;
     }
-    writeln!(out, "promotion  {:?}", tree.promotion())?;
+    let promotion = format!("{:?}", tree.promotion()).to_lowercase();
+    writeln!(out, "promotion  {promotion}")?;
     if !bounds.is_empty() {
-        writeln!(out, "bounds     {} to {}", bounds.min(), bounds.max())?;
-        writeln!(out, "extent     {} m", bounds.size())?;
+        writeln!(
+            out,
+            "bounds     {} to {}",
+            text::point(bounds.min(), " "),
+            text::point(bounds.max(), " ")
+        )?;
+        writeln!(out, "extent     {} m", text::point(bounds.size(), " x "))?;
+        writeln!(out, "try        {}", example(args, &bounds))?;
     }
     Ok(())
+}
+
+/// A query that has the city in view, from the south and above.
+fn example(args: &InfoArgs, bounds: &Aabb) -> String {
+    let (size, target) = (bounds.size(), bounds.center());
+    let back = size.max_element().max(1.0);
+    let eye = target + DVec3::new(0.0, -0.75 * back, 0.5 * back);
+    let whole = |point: DVec3| text::point(point.round(), ",");
+    format!(
+        "citylod query {} --eye {} --target {}",
+        args.file.display(),
+        whole(eye),
+        whole(target)
+    )
 }
 
 fn objects(tree: &LodTree, out: &mut impl Write) -> Result<()> {

@@ -9,6 +9,7 @@ mod info;
 mod progress;
 mod query;
 mod serve;
+mod text;
 
 use std::process::ExitCode;
 
@@ -31,10 +32,26 @@ pub fn run() -> ExitCode {
         // A reader that has seen enough, such as `head`, is no failure.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("citylod: {error:#}");
+            if let Some(usage) = error.downcast_ref::<clap::Error>() {
+                usage.exit();
+            }
+            eprintln!("citylod: {}", chain(&error));
             ExitCode::FAILURE
         }
     }
+}
+
+/// The error and its causes. One that only repeats its own cause with more words, such as the
+/// temporary name a file was written under, is passed over.
+fn chain(error: &anyhow::Error) -> String {
+    let texts: Vec<String> = error.chain().map(ToString::to_string).collect();
+    let told = (0..texts.len()).filter(|&at| match texts.get(at + 1) {
+        Some(cause) => at == 0 || !texts[at].starts_with(cause.as_str()),
+        None => true,
+    });
+    told.map(|at| texts[at].as_str())
+        .collect::<Vec<_>>()
+        .join(": ")
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

@@ -1,10 +1,13 @@
+use std::borrow::Cow;
+use std::ffi::OsStr;
 use std::io::{self, BufWriter, Write};
 use std::time::Instant;
 
-use anyhow::{Context, Result};
-use serde_json::json;
+use anyhow::Result;
+use serde::Serialize;
 
-use super::args::{BeyondArg, QueryArgs};
+use super::args::{BeyondArg, QueryArgs, misuse};
+use super::text;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
 use crate::lod::{Beyond, RangeLod, Selection, retrieve};
@@ -15,7 +18,7 @@ pub(super) fn run(args: &QueryArgs) -> Result<()> {
         BeyondArg::Hide => Beyond::Hide,
     };
     let lod = RangeLod::new(args.far_dist, args.dist_factor, args.levels, beyond)
-        .context("level of detail")?;
+        .map_err(|e| misuse("query", format!("{}: {}", flag(e.field), e.reason)))?;
     let view = View::new(
         args.eye.0,
         Orientation::LookAt {
@@ -31,7 +34,7 @@ pub(super) fn run(args: &QueryArgs) -> Result<()> {
         },
         args.size.0,
     )
-    .context("camera")?;
+    .map_err(|e| misuse("query", format!("{}: {}", flag(e.field), e.reason)))?;
     let tree = LodTree::open_verified(&args.file)?;
     let mut selection = Selection::default();
     let start = Instant::now();
@@ -39,11 +42,9 @@ pub(super) fn run(args: &QueryArgs) -> Result<()> {
     let retrieve_us = start.elapsed().as_secs_f64() * 1e6;
     let mut out = BufWriter::new(io::stdout().lock());
     if args.json {
-        writeln!(
-            out,
-            "{}",
-            answer(args, &tree, &lod, &selection, retrieve_us)
-        )?;
+        let answer = answer(args, &tree, &lod, &selection, retrieve_us);
+        serde_json::to_writer(&mut out, &answer).map_err(io::Error::from)?;
+        writeln!(out)?;
     } else {
         for id in selection.objects().filter_map(|object| tree.id(object)) {
             writeln!(out, "{id}")?;
@@ -52,9 +53,9 @@ pub(super) fn run(args: &QueryArgs) -> Result<()> {
     out.flush()?;
     if !args.json {
         eprintln!(
-            "{} of {} objects in {retrieve_us:.0} us; nothing left out is larger than {:.1} pixels",
-            selection.count(),
-            tree.object_count(),
+            "{} of {} in {retrieve_us:.0} us; nothing left out is larger than {:.1} pixels",
+            text::grouped(selection.count().into()),
+            text::counted(tree.object_count().into(), "object"),
             selection.error_px()
         );
     }
@@ -71,32 +72,77 @@ fn upright(args: &QueryArgs) -> DVec3 {
     }
 }
 
-fn answer(
-    args: &QueryArgs,
-    tree: &LodTree,
+/// The flag that sets a field of the engine.
+fn flag(field: &'static str) -> &'static str {
+    match field {
+        "eye" => "--eye",
+        "target" | "up" => "--target",
+        "fov_y_deg" => "--fov",
+        "viewport" => "--size",
+        "far_dist_m" => "--far-dist",
+        "dist_factor" => "--dist-factor",
+        "levels" => "--levels",
+        other => other,
+    }
+}
+
+/// The answer of the HTTP service, in its order.
+#[derive(Serialize)]
+struct Answer<'a> {
+    scene: Option<Cow<'a, str>>,
+    revision: String,
+    count: u32,
+    ids: Vec<Cow<'a, str>>,
+    lod: Lod,
+    effects: NoEffects,
+    stats: Stats,
+}
+
+#[derive(Serialize)]
+struct Lod {
+    mode: &'static str,
+    /// JSON has no infinity: null.
+    far_dist_m: Option<f64>,
+    dist_factor: f64,
+    levels: u32,
+    error_px: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct NoEffects {}
+
+#[derive(Serialize)]
+struct Stats {
+    nodes_visited: u32,
+    objects_tested: u32,
+    retrieve_us: f64,
+}
+
+fn answer<'a>(
+    args: &'a QueryArgs,
+    tree: &'a LodTree,
     lod: &RangeLod,
     selection: &Selection,
     retrieve_us: f64,
-) -> serde_json::Value {
-    let ids: Vec<_> = selection.objects().filter_map(|o| tree.id(o)).collect();
-    json!({
-        "scene": args.file.file_stem().map(|s| s.to_string_lossy()),
-        "revision": tree.revision(),
-        "count": selection.count(),
-        "ids": ids,
-        "lod": {
-            "mode": "range",
-            "far_dist_m": lod.far_dist(), // JSON has no infinity: null
-            "dist_factor": lod.dist_factor(),
-            "levels": lod.level_count(),
-            "beyond": lod.beyond(),
-            "error_px": selection.error_px(),
+) -> Answer<'a> {
+    let finite = |number: f64| number.is_finite().then_some(number);
+    Answer {
+        scene: args.file.file_stem().map(OsStr::to_string_lossy),
+        revision: tree.revision(),
+        count: selection.count(),
+        ids: selection.objects().filter_map(|o| tree.id(o)).collect(),
+        lod: Lod {
+            mode: "range",
+            far_dist_m: finite(lod.far_dist()),
+            dist_factor: lod.dist_factor(),
+            levels: lod.level_count(),
+            error_px: finite(selection.error_px()),
         },
-        "effects": {},
-        "stats": {
-            "nodes_visited": selection.stats().nodes_visited,
-            "objects_tested": selection.stats().objects_tested,
-            "retrieve_us": retrieve_us,
+        effects: NoEffects {},
+        stats: Stats {
+            nodes_visited: selection.stats().nodes_visited,
+            objects_tested: selection.stats().objects_tested,
+            retrieve_us,
         },
-    })
+    }
 }

@@ -26,6 +26,7 @@ impl fmt::Display for Warning {
         match (&self.object, &self.place) {
             (Some(id), Place::File) => write!(f, "object {id:?}: ")?,
             (Some(id), place) => write!(f, "object {id:?} at {place}: ")?,
+            (None, Place::File) => {}
             (None, place) => write!(f, "at {place}: ")?,
         }
         f.write_str(&self.what)
@@ -38,12 +39,17 @@ pub(super) struct Collector {
     scene: Scene,
     warnings: Vec<Warning>,
     path: Arc<PathBuf>,
+    /// The current file says where it lies.
+    stated: bool,
+    /// Files with objects that do not say it.
+    unstated: Vec<Arc<PathBuf>>,
 }
 
 impl Collector {
     /// The next objects come from this file.
     pub(super) fn begin(&mut self, source: &Source) {
         self.path = Arc::new(source.path().to_owned());
+        self.stated = false;
     }
 
     /// The objects of the current file lie in this system.
@@ -55,6 +61,7 @@ impl Collector {
                 expected: expected.clone(),
             }),
             _ => {
+                self.stated = true;
                 self.scene.crs = Some(crs.to_owned());
                 Ok(())
             }
@@ -67,6 +74,10 @@ impl Collector {
     }
 
     pub(super) fn object(&mut self, object: SceneObject) {
+        let is_noted = || self.unstated.last() == Some(&self.path);
+        if !self.stated && !is_noted() {
+            self.unstated.push(Arc::clone(&self.path));
+        }
         self.scene.objects.push(object);
     }
 
@@ -80,6 +91,20 @@ impl Collector {
     }
 
     pub(super) fn finish(mut self) -> Imported {
+        if let Some(crs) = self.scene.crs.clone() {
+            let taken = |path| Warning {
+                path,
+                object: None,
+                place: Place::File,
+                what: format!(
+                    "states no coordinate reference system; taken to lie in {crs} like the other \
+                     files"
+                ),
+            };
+            // First, where no number of other warnings hides them.
+            self.warnings
+                .splice(0..0, self.unstated.drain(..).map(taken));
+        }
         let renamed = if self.ids_repeat() {
             self.scene.canonicalize()
         } else {
@@ -92,6 +117,7 @@ impl Collector {
         Imported {
             scene: self.scene,
             warnings: self.warnings,
+            unused: Vec::new(),
         }
     }
 

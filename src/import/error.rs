@@ -14,6 +14,16 @@ pub enum Place {
     Pointer(String),
 }
 
+impl Place {
+    /// As it stands before what is said of it; nothing for the file as a whole.
+    fn before(&self) -> String {
+        match self {
+            Self::File => String::new(),
+            place => format!("at {place}: "),
+        }
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -29,7 +39,7 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// The operating system refused.
-    #[error("{}: cannot read: {source}", path.display())]
+    #[error("{}: cannot read", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -46,7 +56,7 @@ pub enum ImportError {
         path: PathBuf,
     },
     /// The content breaks the rules of its format.
-    #[error("{}: at {place}: {reason}", path.display())]
+    #[error("{}: {}{reason}", path.display(), place.before())]
     Malformed {
         /// The file.
         path: PathBuf,

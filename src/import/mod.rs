@@ -58,6 +58,38 @@ pub struct Imported {
     pub scene: Scene,
     /// One for each object or feature that was changed or left out, in file order.
     pub warnings: Vec<Warning>,
+    /// Options that were given and apply to none of the files.
+    pub unused: Vec<Unused>,
+}
+
+/// An option that applies to none of the files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unused {
+    /// [`Options::up`] without glTF and OBJ.
+    Up,
+    /// [`Options::lod`] without `CityJSON`.
+    Lod,
+    /// [`Options::height`] without `GeoJSON`.
+    Height,
+}
+
+impl Options {
+    /// Those given that apply to none of these formats.
+    fn unused(&self, formats: &[Format]) -> Vec<Unused> {
+        let has = |format| formats.contains(&format);
+        let solid = has(Format::Gltf) || has(Format::Obj);
+        [
+            (self.up.is_some() && !solid, Unused::Up),
+            (self.lod.is_some() && !has(Format::CityJson), Unused::Lod),
+            (
+                self.height.is_some() && !has(Format::GeoJson),
+                Unused::Height,
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(is_unused, option)| is_unused.then_some(option))
+        .collect()
+    }
 }
 
 /// Reads all `files` into one scene.
@@ -76,11 +108,13 @@ pub fn import(
         .map(|f| f.metadata().map_or(0, |m| m.len()))
         .sum();
     let mut done = 0;
+    let mut formats = Vec::new();
     for path in files {
         let source = Source::open(path)?;
         let size = source.size_on_disk();
         let report = |read: u64| progress(done + read.min(size), total);
         collector.begin(&source);
+        formats.push(source.format());
         match source.format() {
             Format::Gltf => gltf::read(&source, options, &mut collector, &report),
             Format::Obj => obj::read(&source, options, &mut collector, &report),
@@ -90,5 +124,7 @@ pub fn import(
         done += size;
         progress(done, total);
     }
-    Ok(collector.finish())
+    let mut imported = collector.finish();
+    imported.unused = options.unused(&formats);
+    Ok(imported)
 }

@@ -54,7 +54,7 @@ fn ids_that_repeat_are_made_unique_with_a_warning() {
     assert!(run.err.contains(r#"imported as "b~2""#), "{}", run.err);
     let run = desk.run("import b.obj b.obj -o city.citylod --warnings 0");
     assert!(!run.err.contains("imported as"), "{}", run.err);
-    assert!(run.err.contains("and 1 more warnings"), "{}", run.err);
+    assert!(run.err.contains("and 1 more warning;"), "{}", run.err);
 }
 
 #[test]
@@ -162,6 +162,32 @@ fn a_failed_import_leaves_the_output_as_it_was() {
 }
 
 #[test]
+fn an_import_without_objects_or_into_a_source_is_refused() {
+    let desk = Desk::new();
+    desk.write("city.citylod", b"precious");
+    desk.write(
+        "none.geojson",
+        br#"{"type":"FeatureCollection","features":[]}"#,
+    );
+    let none = "import none.geojson -o city.citylod";
+    desk.refuses(none, 1, &["no object", "city.citylod"]);
+    let kept = std::fs::read(desk.path("city.citylod")).unwrap();
+    assert_eq!(kept, b"precious");
+    desk.refuses("import none.geojson -o none.geojson", 2, &[".citylod"]);
+    desk.refuses(
+        &format!("{none} --lod 2 --up y"),
+        1,
+        &["--lod is", "--up is"],
+    );
+    let run = desk.run("import no.obj -o city.citylod");
+    assert_eq!(run.err.matches("os error").count(), 1, "{}", run.err);
+    desk.write("ok.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let run = desk.run("import ok.obj -o no/city.citylod");
+    assert_eq!(run.err.matches("os error").count(), 1, "{}", run.err);
+    assert!(!run.err.contains(".citylod-"), "{}", run.err);
+}
+
+#[test]
 fn generate_makes_the_same_city_in_both_formats() {
     let desk = Desk::new();
     desk.out("generate --objects 300 -o a.citylod");
@@ -188,9 +214,10 @@ fn generate_makes_the_same_city_in_both_formats() {
     assert_eq!(desk.json("info none.citylod --json")["objects"], 0);
     desk.refuses(
         "generate --objects 9 -o a.obj",
-        1,
+        2,
         &["a.obj", ".citylod or .glb"],
     );
+    desk.refuses("generate -o b.glb --promote tallest", 2, &["--promote"]);
     assert!(!desk.path("a.obj").exists());
 }
 
@@ -303,6 +330,7 @@ fn query_gives_the_librarys_answer() {
         assert_eq!(answer["ids"], serde_json::json!(expected), "{options}");
         assert_eq!(answer["count"], expected.len());
         assert_eq!(answer["scene"], "city");
+        assert_eq!(answer["lod"].get("beyond"), None);
         assert_eq!(answer["lod"]["error_px"], error_px);
         assert_eq!(answer["lod"]["levels"], levels);
         assert!(answer["stats"]["nodes_visited"].as_u64() > Some(0));
@@ -341,11 +369,19 @@ fn exit_codes_and_places() {
         desk.refuses(usage, 2, &["--help"]);
     }
     let query = "query city.citylod --eye 1,2,3 --target";
-    desk.refuses(&format!("{query} 1,2,3"), 1, &["camera"]);
-    desk.refuses(&format!("{query} 1,nan,3"), 1, &["camera", "target"]);
-    desk.refuses(&format!("{query} 9,9,9 --fov 180"), 1, &["camera", "fov"]);
-    desk.refuses(&format!("{query} 9,9,9 --levels 0"), 1, &["levels"]);
-    desk.refuses(&format!("{query} 9,9,9 --far-dist nan"), 1, &["far_dist"]);
+    for (rest, words) in [
+        ("1,2,3", "--target"),
+        ("1,nan,3", "--target"),
+        ("9,9,9 --fov 180", "--fov"),
+        ("9,9,9 --fov 0", "--fov"),
+        ("9,9,9 --size 0x10", "--size"),
+        ("9,9,9 --levels 0", "--levels"),
+        ("9,9,9 --dist-factor 0", "--dist-factor"),
+        ("9,9,9 --far-dist -1", "--far-dist"),
+        ("9,9,9 --far-dist nan", "a number of metres or inf"),
+    ] {
+        desk.refuses(&format!("{query} {rest}"), 2, &[words, "--help"]);
+    }
 
     desk.refuses("info none.citylod", 1, &["none.citylod: cannot open"]);
     desk.write("empty.citylod", b"");

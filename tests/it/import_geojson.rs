@@ -151,7 +151,36 @@ fn the_height_named_by_the_caller_is_taken() {
         };
         let imported = import_one(&path, &options).unwrap();
         assert_eq!(imported.scene.objects[0].bounds.max().z, top, "{height:?}");
-        assert_eq!(imported.warnings.len(), usize::from(top == 0.0));
+        assert_eq!(imported.warnings.len(), 2 * usize::from(top == 0.0));
+    }
+}
+
+/// Degrees in a system that is thought to be in metres, and files that do not say where they lie.
+#[test]
+fn doubts_about_where_a_file_lies_are_warnings() {
+    let ring = "[[[0.001,50],[0.002,50],[0.002,50.001],[0.001,50]]]";
+    let crs = r#"{"crs":{"type":"name","properties":{"name":"EPSG:CODE"}},"type":"FeatureCollection","features":["#;
+    let text = |code: &str| crs.replace("CODE", code) + &feature("{\"h\":1}", ring) + "]}";
+    for (code, words) in [("9999", "look like degrees"), ("4267", "WGS 84")] {
+        let imported = import_content("x.geojson", text(code).as_bytes()).unwrap();
+        assert_eq!(imported.warnings.len(), 1, "{code}");
+        assert!(imported.warnings[0].what.contains(words), "{code}");
+    }
+    let bare = fixture("obj/bare.obj");
+    let stated = fixture("cityjson/solid.city.json");
+    for files in [[bare.clone(), stated.clone()], [stated, bare.clone()]] {
+        let imported = import(&files, &Options::default(), &|_, _| {}).unwrap();
+        assert_eq!(*imported.warnings[0].path, bare);
+        assert!(
+            imported.warnings[0]
+                .what
+                .contains("taken to lie in EPSG:6677")
+        );
+    }
+    let degrees = crate::written::solid().replace("EPSG/0/6677", "EPSG/0/6697");
+    match import_content("x.city.json", degrees.as_bytes()) {
+        Err(ImportError::Unsupported { feature, .. }) => assert!(feature.contains("EPSG:6697")),
+        other => panic!("{other:?}"),
     }
 }
 

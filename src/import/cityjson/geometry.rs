@@ -34,6 +34,8 @@ pub(super) struct Objects {
 /// What the city objects of one group came to.
 #[derive(Default)]
 struct Tally {
+    /// The levels there are, where one is asked for.
+    lods: Vec<Lod>,
     geometries: usize,
     taken: usize,
 }
@@ -106,7 +108,13 @@ impl Objects {
                 "neither it nor a part of it has geometry; left out".into()
             }
             Some(asked) if tally.taken == 0 => {
-                format!("it has no geometry of level of detail {asked}; left out")
+                let there: Vec<String> = tally.lods.iter().map(ToString::to_string).collect();
+                let there = if there.is_empty() {
+                    "its geometry states no level".to_owned()
+                } else {
+                    format!("it has {}", there.join(", "))
+                };
+                format!("it has no geometry of level of detail {asked}; {there}; left out")
             }
             _ => "not one of its vertices can be used; left out".into(),
         }
@@ -131,6 +139,13 @@ impl Objects {
             }
         }
         tally.geometries += readable.len();
+        if self.asked.is_some() {
+            for lod in readable.iter().filter_map(|(_, lod, _)| lod.as_ref()) {
+                if !tally.lods.contains(lod) {
+                    tally.lods.push(lod.clone());
+                }
+            }
+        }
         let lods = readable.iter().filter_map(|(_, lod, _)| lod.as_ref());
         // Geometries without a level stand in where no level is chosen.
         let chosen = Lod::choose(lods, self.asked.as_ref()).cloned();

@@ -34,7 +34,7 @@ pub(super) fn read(
     collector: &mut Collector,
     report: &dyn Fn(u64),
 ) -> Result<(), ImportError> {
-    let mut stream = Splitter::new(source, report, usize::MAX)?;
+    let mut stream = Splitter::new(source, report, source.largest_value())?;
     let first = stream.skip_space(0)?;
     stream.consume(first);
     match stream.byte(0)? {
@@ -46,7 +46,17 @@ pub(super) fn read(
     let document = parse(&stream, end)?;
     let mut city = City::open(&stream, &document, options)?;
     if let Some(name) = document.reference_system() {
-        collector.crs(&crs::normalised(&name))?;
+        let crs = crs::normalised(&name);
+        if crs::is_geographic(&crs) {
+            return Err(ImportError::Unsupported {
+                path: source.path().to_owned(),
+                feature: format!("{crs}, whose coordinates are degrees"),
+                way_out: "reproject the file to a system in metres, for one with \
+                          `cjio FILE crs_reproject CODE save NEW`"
+                    .into(),
+            });
+        }
+        collector.crs(&crs)?;
     }
     city.objects(&stream, &document, collector)?;
     drop(document);
@@ -79,8 +89,11 @@ impl City {
     ) -> Result<Self, ImportError> {
         match document.kind.as_deref() {
             Some("CityJSON") => {}
-            other => {
-                let other = other.unwrap_or_default();
+            None => {
+                let reason = "has no `type`; expected CityJSON or GeoJSON";
+                return Err(ImportError::malformed(stream.path(), Place::File, reason));
+            }
+            Some(other) => {
                 let reason = format!("`type` is {other:?}; expected \"CityJSON\"");
                 return Err(at_pointer(stream, "/type", reason));
             }

@@ -83,6 +83,8 @@ pub(super) struct Features<'a, 'c> {
     rings: Rings,
     shape: Shape,
     problems: Vec<String>,
+    /// A feature had the property that the caller named.
+    has_height: bool,
 }
 
 impl<'a, 'c> Features<'a, 'c> {
@@ -95,6 +97,7 @@ impl<'a, 'c> Features<'a, 'c> {
             rings: Rings::default(),
             shape: Shape::default(),
             problems: Vec::new(),
+            has_height: false,
         }
     }
 
@@ -131,6 +134,14 @@ impl<'a, 'c> Features<'a, 'c> {
             .unwrap_or(CompactString::const_new(CLASS));
         self.hand_over(&id, class, raw, place);
         Ok(())
+    }
+
+    /// To be called behind the last feature.
+    pub(super) fn end(&mut self) {
+        if let Some(named) = self.options.height.as_deref().filter(|_| !self.has_height) {
+            let what = format!("no feature has a height in the property {named:?}");
+            self.collector.warn(None, Place::File, what);
+        }
     }
 
     /// Warns of a feature of which nothing can be read.
@@ -173,12 +184,13 @@ impl<'a, 'c> Features<'a, 'c> {
     /// The prism over the rings.
     fn shape(&mut self, properties: &Properties) -> Result<(), ImportError> {
         self.shape.clear();
-        let Some(&first) = self.rings.positions.first() else {
+        if self.rings.positions.is_empty() {
             return Ok(());
-        };
-        self.system.settle(first, self.collector)?;
+        }
+        self.system.settle(&self.rings.positions, self.collector)?;
         let (ground, highest) = self.heights_of_positions();
         let height = properties.height(self.options.height.as_deref());
+        self.has_height |= height != Height::Missing;
         let extruded = matches!(height, Height::Metres(m) if m > 0.0);
         let top = match height {
             Height::Metres(height) => highest.max(ground + height),

@@ -48,7 +48,10 @@ pub(super) fn read(
             Some(b'{') => document(&mut stream, &mut features)?,
             Some(_) => return Err(stream.malformed(0, "expected a GeoJSON object, i.e. `{`")),
             None if empty => return Err(stream.malformed(0, "the file is empty")),
-            None => return Ok(()),
+            None => {
+                features.end();
+                return Ok(());
+            }
         }
         empty = false;
     }

@@ -1,29 +1,7 @@
 use super::utm::{Utm, Zone, is_lon_lat};
 use crate::geom::DVec3;
-use crate::import::ImportError;
 use crate::import::collector::Collector;
-
-/// Geographic systems whose longitudes and latitudes differ from WGS 84 by no more than about
-/// two metres, all over: they are read as WGS 84.
-const GEOGRAPHIC: [&str; 17] = [
-    "OGC:CRS84",
-    "OGC:CRS84H",
-    "EPSG:4326",
-    "EPSG:4979", // WGS 84
-    "EPSG:4258",
-    "EPSG:4937", // ETRS89
-    "EPSG:4269",
-    "EPSG:6318",
-    "EPSG:6319", // NAD83
-    "EPSG:4612",
-    "EPSG:6668",
-    "EPSG:6697", // Japan
-    "EPSG:4283",
-    "EPSG:7844",
-    "EPSG:7843", // Australia
-    "EPSG:4490",
-    "EPSG:4674", // China, South America
-];
+use crate::import::{ImportError, Place, crs};
 
 /// How the positions of one file become scene coordinates, settled by the file's `crs` member
 /// (of `GeoJSON` before RFC 7946) or else by its first position.
@@ -35,6 +13,8 @@ pub(super) enum System {
     LonLat,
     /// Longitude and latitude, projected.
     Utm(Box<Utm>),
+    /// The file names a system that is taken to be in metres.
+    Stated(String),
     /// Metres, taken as they are.
     Metres,
 }
@@ -46,26 +26,47 @@ impl System {
         crs: &str,
         collector: &mut Collector,
     ) -> Result<(), ImportError> {
-        if !GEOGRAPHIC.contains(&crs) {
+        if !crs::is_geographic(crs) {
             collector.crs(crs)?;
-            *self = Self::Metres;
-        } else if !matches!(self, Self::Utm(_)) {
+            *self = Self::Stated(crs.to_owned());
+            return Ok(());
+        }
+        if !crs::is_near_wgs84(crs) {
+            let what = format!(
+                "longitudes and latitudes of {crs} are read as those of WGS 84; places may be off \
+                 by some hundred metres, reproject the file to EPSG:4326 to be exact"
+            );
+            collector.warn(None, Place::Pointer("/crs".into()), what);
+        }
+        if !matches!(self, Self::Utm(_)) {
             *self = Self::LonLat;
         }
         Ok(())
     }
 
-    /// Settles it by the first position: one that can be degrees is taken as such. The zone is
+    /// Settles it by the positions of the first footprint: one that can be degrees is taken as such. The zone is
     /// that of the files before, else the one the position lies in.
     pub(super) fn settle(
         &mut self,
-        first: [f64; 3],
+        footprint: &[[f64; 3]],
         collector: &mut Collector,
     ) -> Result<(), ImportError> {
-        let [x, y, _] = first;
+        let Some(&[x, y, _]) = footprint.first() else {
+            return Ok(());
+        };
         let degrees = is_lon_lat(x, y);
         match self {
             Self::Utm(_) | Self::Metres => {}
+            Self::Stated(crs) => {
+                if degrees && is_tiny(footprint) {
+                    let what = format!(
+                        "positions look like degrees, but {crs} is not known to have any; taken as \
+                         metres, reproject the file to a system in metres or to EPSG:4326"
+                    );
+                    collector.warn(None, Place::File, what);
+                }
+                *self = Self::Metres;
+            }
             // Nothing to go by yet.
             Self::LonLat if !degrees => {}
             Self::Unsettled if !x.is_finite() || !y.is_finite() => {}
@@ -90,8 +91,15 @@ impl System {
                 let [x, y] = utm.project(x, y);
                 DVec3::new(x, y, z)
             }
-            Self::Metres => DVec3::new(x, y, z),
+            Self::Metres | Self::Stated(_) => DVec3::new(x, y, z),
             Self::LonLat | Self::Unsettled => DVec3::NAN,
         }
     }
+}
+
+/// Whether a footprint is too small for one in metres.
+fn is_tiny(footprint: &[[f64; 3]]) -> bool {
+    const SMALLEST_M: f64 = 0.1;
+    let near = |p: &[f64; 3], axis: usize| (p[axis] - footprint[0][axis]).abs() < SMALLEST_M;
+    footprint.iter().all(|p| near(p, 0) && near(p, 1))
 }

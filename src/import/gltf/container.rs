@@ -5,10 +5,12 @@
 use std::ops::Range;
 use std::path::Path;
 
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::error::Category;
 use serde_path_to_error::Segment;
 
-use super::document::Document;
+use super::document::{Asset, Document};
 use crate::import::{ImportError, Place};
 
 const MAGIC: &[u8; 4] = b"glTF";
@@ -33,6 +35,18 @@ impl<'a> Container<'a> {
         }
         if bytes.starts_with(MAGIC) {
             return Self::glb(bytes, path);
+        }
+        let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+        if !text.trim_ascii_start().starts_with(b"{") {
+            let reason = "is neither a GLB, which begins with `glTF`, nor glTF JSON";
+            return Err(ImportError::malformed(path, Place::Byte(0), reason));
+        }
+        if is_tileset(text) {
+            return Err(ImportError::Unsupported {
+                path: path.to_owned(),
+                feature: "a reader of 3D Tiles tilesets".to_owned(),
+                way_out: "import the .glb contents it names".to_owned(),
+            });
         }
         Ok(Self {
             json: bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes),
@@ -128,6 +142,17 @@ impl<'a> Container<'a> {
 /// A key as it stands in a JSON pointer.
 pub(super) fn escaped(key: &str) -> String {
     key.replace('~', "~0").replace('/', "~1")
+}
+
+/// Whether the text is a 3D Tiles tileset: it too has an `asset`, and a `root` and no glTF version.
+fn is_tileset(text: &[u8]) -> bool {
+    #[derive(Deserialize)]
+    struct Tileset {
+        asset: Asset,
+        #[allow(dead_code, reason = "that it is there is what counts")]
+        root: IgnoredAny,
+    }
+    serde_json::from_slice(text).is_ok_and(|t: Tileset| !t.asset.version.starts_with("2."))
 }
 
 fn word(bytes: &[u8], offset: usize) -> Option<u32> {
