@@ -46,7 +46,7 @@ pub async fn serve(
     ready: impl FnOnce(&str),
 ) -> Result<(), ListenError> {
     let cities = Greeting::of(&scenes);
-    let server = Server::bind(config, router(scenes, config.max_body_bytes)).await?;
+    let server = Server::bind(config, router(scenes, &config)).await?;
     ready(&cities.text(server.address()));
     server.run(stop_signal()).await;
     Ok(())

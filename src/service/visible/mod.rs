@@ -17,6 +17,7 @@ pub use answer::{COUNT, REVISION};
 pub use query::{Parameter, unknown};
 
 use super::body;
+use super::documents::make;
 use super::json;
 use super::negotiate::{accepted, json_body};
 use super::problem::Problem;
@@ -46,7 +47,7 @@ pub async fn post(
     let form = accepted(&parts.headers, &[JSON, BINARY])?;
     let bytes = body::read(&parts.headers, body, shared.max_body_bytes()).await?;
     let Body(request) = json::read(&bytes)?;
-    respond(city, &request, Naming::Pointer, form == BINARY)
+    respond(&shared, city, &request, Naming::Pointer, form == BINARY)
 }
 
 /// `GET`: the request is in the query.
@@ -59,10 +60,11 @@ pub async fn get(
     let city = shared.scenes().get(&name)?;
     let form = accepted(&headers, &[JSON, BINARY])?;
     let request = query::read(&query.unwrap_or_default())?;
-    respond(city, &request, Naming::Parameter, form == BINARY)
+    respond(&shared, city, &request, Naming::Parameter, form == BINARY)
 }
 
 fn respond(
+    shared: &Shared,
     city: &City,
     request: &request::Request,
     naming: Naming,
@@ -73,15 +75,19 @@ fn respond(
     let start = Instant::now();
     lod::retrieve(city.tree(), &view, &lod, &mut selection);
     let took = start.elapsed();
-    let response = if binary {
-        let body = answer::numbers(&selection);
-        let mut response = answer::response(body, HeaderValue::from_static(BINARY));
-        answer::describe(response.headers_mut(), city, &selection);
-        response
-    } else {
-        let body = answer::json(city, request.output.form, &lod, &selection, took);
-        answer::response(body, HeaderValue::from_static(JSON))
-    };
+    let form = request.output.form;
+    let size = answer::size(form, binary, &selection, shared.max_answer_objects());
+    let response = size.map(|size| {
+        if binary {
+            let body = make(size, || answer::numbers(&selection));
+            let mut response = answer::response(body, HeaderValue::from_static(BINARY));
+            answer::describe(response.headers_mut(), city, &selection);
+            response
+        } else {
+            let body = make(size, || answer::json(city, form, &lod, &selection, took));
+            answer::response(body, HeaderValue::from_static(JSON))
+        }
+    });
     SELECTION.set(selection);
-    Ok(response)
+    response
 }
