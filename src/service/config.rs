@@ -11,7 +11,7 @@ pub struct Config {
     /// Longest request body, bytes; longer ones are answered 413. A request has some 500.
     pub max_body_bytes: usize,
     /// Longest time that the head of a request, then its body, may take to arrive; also how long
-    /// an idle connection is kept.
+    /// an idle connection is kept, and one whose reader takes nothing of its answer.
     pub timeout: Duration,
     /// Most requests in work at once; further ones are answered 503 at once.
     pub max_concurrency: usize,

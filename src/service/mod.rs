@@ -17,6 +17,7 @@ mod json;
 mod landing;
 mod negotiate;
 mod page;
+mod patience;
 mod plan;
 mod problem;
 mod routes;

@@ -1,4 +1,4 @@
-use std::io::Write;
+use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 use axum::routing::get;
@@ -105,6 +105,40 @@ fn slow_senders_are_cut_off() {
     }
     assert!(start.elapsed() < Duration::from_secs(8));
     assert_eq!(service.get("/health").status, 200);
+}
+
+#[test]
+fn readers_that_stop_reading_are_cut_off() {
+    async fn large() -> Vec<u8> {
+        vec![b'x'; 64 << 20]
+    }
+    let config = Config {
+        timeout: Duration::from_millis(300),
+        max_connections: 1,
+        ..Config::default()
+    };
+    let service = Running::with(config, |app| app.route("/large", get(large)));
+    let mut lazy = service.connect();
+    lazy.write_all(b"GET /large HTTP/1.1\r\nHost: x\r\n\r\n")
+        .unwrap();
+    let start = Instant::now();
+    // The only connection there may be has to end first.
+    assert_eq!(service.get("/health").status, 200);
+    assert!(start.elapsed() < Duration::from_secs(8));
+    drop(lazy);
+    // One that reads in bursts, each wait shorter than the limit, gets everything.
+    let mut slow = service.connect();
+    slow.write_all(b"GET /large HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+        .unwrap();
+    let mut buffer = vec![0; 8 << 20];
+    let mut total = 0;
+    while let Ok(read @ 1..) = slow.read(&mut buffer) {
+        if total / buffer.len() != (total + read) / buffer.len() {
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        total += read;
+    }
+    assert!(total > 64 << 20, "{total}");
 }
 
 #[test]
