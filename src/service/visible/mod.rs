@@ -71,6 +71,9 @@ fn respond(
     binary: bool,
 ) -> Result<Response, Problem> {
     let (view, lod) = request.resolve(naming)?;
+    if binary {
+        request.output.check_binary(naming)?;
+    }
     let mut selection = SELECTION.take();
     let start = Instant::now();
     lod::retrieve(city.tree(), &view, &lod, &mut selection);
