@@ -41,8 +41,12 @@ pub async fn post(
     request: Request,
 ) -> Result<Response, Problem> {
     let (mut parts, body) = request.into_parts();
-    let SceneName(name) = SceneName::from_request_parts(&mut parts, &shared).await?;
-    let city = shared.scenes().get(&name)?;
+    let city = if let Some(name) = plain_name(parts.uri.path()) {
+        shared.scenes().get(name)?
+    } else {
+        let SceneName(name) = SceneName::from_request_parts(&mut parts, &shared).await?;
+        shared.scenes().get(&name)?
+    };
     json_body(&parts.headers)?;
     let form = accepted(&parts.headers, &[JSON, BINARY])?;
     let bytes = body::read(&parts.headers, body, shared.max_body_bytes()).await?;
@@ -61,6 +65,14 @@ pub async fn get(
     let form = accepted(&headers, &[JSON, BINARY])?;
     let request = query::read(&query.unwrap_or_default())?;
     respond(&shared, city, &request, Naming::Parameter, form == BINARY)
+}
+
+/// The scene of an address, where it is written without escapes: nothing needs to be allocated.
+fn plain_name(path: &str) -> Option<&str> {
+    let (name, _) = path.strip_prefix("/collections/")?.split_once('/')?;
+    memchr::memchr(b'%', name.as_bytes())
+        .is_none()
+        .then_some(name)
 }
 
 fn respond(
