@@ -50,7 +50,7 @@ async fn main() -> Result<()> {
         listen: ([127, 0, 0, 1], 8099).into(),
         ..Config::default()
     };
-    let app = router(scenes, config.max_body_bytes);
+    let app = router(scenes, &config);
     let answer = ask(app.clone(), &request).await?;
     eprintln!("{count} objects visible, {} bytes\n{request}", answer.len());
     std::fs::write(std::env::temp_dir().join("http_baseline.json"), &request)?;

@@ -8,7 +8,7 @@ use axum::extract::{RawQuery, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::response::Response;
 
-use super::documents::cached;
+use super::documents::{cached, make};
 use super::negotiate::accepted;
 use super::problem::{Kind, Problem};
 use super::routes::{SceneName, Shared};
@@ -18,6 +18,9 @@ use crate::index::LodTree;
 
 /// Most boxes in one answer: 24 MB.
 pub const MOST_BOXES: u32 = 1_000_000;
+
+/// Length of a box, bytes.
+const BOX: usize = 24;
 
 /// Header: what the coordinates are relative to, `x,y,z` in scene coordinates.
 pub const ORIGIN: HeaderName = HeaderName::from_static("x-citylod-origin");
@@ -34,7 +37,9 @@ pub async fn boxes(
     accepted(&headers, &["application/octet-stream"])?;
     let wanted = Wanted::read(city, &query.unwrap_or_default())?;
     let mut response = cached(&headers, city.etag(), || {
-        let mut response = Response::new(Body::from(encode(city.tree(), wanted.range.clone())));
+        let range = wanted.range.clone();
+        let body = make(range.len() * BOX, || encode(city.tree(), range));
+        let mut response = Response::new(Body::from(body));
         let binary = HeaderValue::from_static("application/octet-stream");
         response.headers_mut().insert(header::CONTENT_TYPE, binary);
         response
@@ -117,7 +122,7 @@ impl Wanted {
 }
 
 fn encode(tree: &LodTree, range: Range<u32>) -> Vec<u8> {
-    let mut out = Vec::with_capacity(range.len() * 24);
+    let mut out = Vec::with_capacity(range.len() * BOX);
     for corners in range.filter_map(|object| tree.relative_box(object)) {
         for corner in corners {
             out.extend_from_slice(&corner.to_le_bytes());

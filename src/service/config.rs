@@ -11,10 +11,14 @@ pub struct Config {
     /// Longest request body, bytes; longer ones are answered 413. A request has some 500.
     pub max_body_bytes: usize,
     /// Longest time that the head of a request, then its body, may take to arrive; also how long
-    /// an idle connection is kept.
+    /// an idle connection is kept, and one whose reader takes nothing of its answer.
     pub timeout: Duration,
     /// Most requests in work at once; further ones are answered 503 at once.
     pub max_concurrency: usize,
+    /// Most objects that an answer may list by id; larger ones are answered 413. The other forms
+    /// are held to about as many bytes: a tenth as many as `objects`, as many ranges, four times
+    /// as many binary numbers. The default keeps bodies near 16 MB.
+    pub max_answer_objects: u32,
     /// Most connections; further ones wait to be accepted.
     pub max_connections: usize,
     /// How long requests in work may take to finish once the service is told to stop.
@@ -28,6 +32,7 @@ impl Default for Config {
             max_body_bytes: 64 * 1024,
             timeout: Duration::from_secs(10),
             max_concurrency: 256,
+            max_answer_objects: 1_000_000,
             max_connections: 4096,
             drain: Duration::from_secs(10),
         }

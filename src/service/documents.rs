@@ -46,6 +46,22 @@ pub fn json(document: &impl Serialize) -> Response {
     response
 }
 
+/// Answers of fewer bytes are made in less time than it takes to hand them to another thread.
+const LARGE: usize = 1 << 19;
+
+/// Makes something of about so many bytes. What takes long is kept from holding up the requests
+/// that share the thread.
+pub fn make<T>(bytes: usize, work: impl FnOnce() -> T) -> T {
+    use tokio::runtime::{Handle, RuntimeFlavor::MultiThread};
+    // Elsewhere there is no other thread that could take over.
+    let moves = |handle: Handle| handle.runtime_flavor() == MultiThread;
+    if bytes >= LARGE && Handle::try_current().is_ok_and(moves) {
+        tokio::task::block_in_place(work)
+    } else {
+        work()
+    }
+}
+
 /// 304 where the client has this version already; otherwise the document, to be revalidated.
 pub fn cached(
     headers: &HeaderMap,
@@ -72,6 +88,11 @@ fn is_known(headers: &HeaderMap, etag: &HeaderValue) -> bool {
         .iter()
         .filter_map(|value| value.to_str().ok())
         .flat_map(|value| value.split(','))
-        .map(|tag| tag.trim().trim_start_matches("W/"))
-        .any(|tag| tag == "*" || tag.as_bytes() == etag.as_bytes())
+        .map(str::trim)
+        .any(|tag| tag == "*" || opaque(tag.as_bytes()) == opaque(etag.as_bytes()))
+}
+
+/// A tag without the mark that it is weak.
+fn opaque(tag: &[u8]) -> &[u8] {
+    tag.strip_prefix(b"W/").unwrap_or(tag)
 }

@@ -17,6 +17,7 @@ mod json;
 mod landing;
 mod negotiate;
 mod page;
+mod patience;
 mod plan;
 mod problem;
 mod routes;
@@ -46,7 +47,7 @@ pub async fn serve(
     ready: impl FnOnce(&str),
 ) -> Result<(), ListenError> {
     let cities = Greeting::of(&scenes);
-    let server = Server::bind(config, router(scenes, config.max_body_bytes)).await?;
+    let server = Server::bind(config, router(scenes, &config)).await?;
     ready(&cities.text(server.address()));
     server.run(stop_signal()).await;
     Ok(())

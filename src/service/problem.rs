@@ -25,8 +25,10 @@ pub enum Kind {
     Timeout,
     /// The scene has changed since the revision asked for.
     StaleRevision,
-    /// The body, or what is asked for, is larger than the limit.
+    /// The body is longer than the limit.
     TooLarge,
+    /// The answer would list more than the limit.
+    AnswerTooLarge,
     /// The body is of another type than the service reads.
     UnsupportedMediaType,
     /// A defect of the service.
@@ -37,7 +39,7 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds, by status.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::MalformedJson,
         Self::InvalidRequest,
         Self::ImpossibleValue,
@@ -47,6 +49,7 @@ impl Kind {
         Self::Timeout,
         Self::StaleRevision,
         Self::TooLarge,
+        Self::AnswerTooLarge,
         Self::UnsupportedMediaType,
         Self::Internal,
         Self::Overloaded,
@@ -94,7 +97,12 @@ impl Kind {
             Self::TooLarge => (
                 StatusCode::PAYLOAD_TOO_LARGE,
                 "too-large",
-                "Larger than the limit",
+                "The body is longer than the limit",
+            ),
+            Self::AnswerTooLarge => (
+                StatusCode::PAYLOAD_TOO_LARGE,
+                "answer-too-large",
+                "The answer would be larger than the limit",
             ),
             Self::UnsupportedMediaType => (
                 StatusCode::UNSUPPORTED_MEDIA_TYPE,

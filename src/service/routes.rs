@@ -10,6 +10,7 @@ use axum::http::request::Parts;
 use axum::http::{Method, Uri};
 use axum::routing::{MethodFilter, MethodRouter, on};
 
+use super::config::Config;
 use super::problem::{Kind, Problem};
 use super::scenes::Scenes;
 use super::{boxes, collections, items, landing, visible};
@@ -19,6 +20,7 @@ use super::{boxes, collections, items, landing, visible};
 pub struct Shared {
     scenes: Scenes,
     max_body_bytes: usize,
+    max_answer_objects: u32,
 }
 
 impl Shared {
@@ -30,6 +32,11 @@ impl Shared {
     /// Longest body read.
     pub fn max_body_bytes(&self) -> usize {
         self.max_body_bytes
+    }
+
+    /// Most objects listed by id.
+    pub fn max_answer_objects(&self) -> u32 {
+        self.max_answer_objects
     }
 }
 
@@ -97,11 +104,13 @@ pub const ROUTES: &[Route] = &[
     route!(Get "/collections/{scene}/plan.svg" collections::plan, "the scene from above"),
 ];
 
-/// The routes over these scenes, without limits: see [`super::Server`].
-pub fn router(scenes: Scenes, max_body_bytes: usize) -> Router {
+/// The routes over these scenes, with the limits on bodies and answers; those on number and time
+/// are kept by [`super::Server`].
+pub fn router(scenes: Scenes, config: &Config) -> Router {
     let shared = Shared {
         scenes,
-        max_body_bytes,
+        max_body_bytes: config.max_body_bytes,
+        max_answer_objects: config.max_answer_objects,
     };
     ROUTES
         .iter()

@@ -63,7 +63,7 @@ impl City {
         };
         Self {
             head: head.into_bytes(),
-            etag: header(&format!("\"{revision}\"")),
+            etag: header(&format!("W/\"{}-{revision}\"", env!("CARGO_PKG_VERSION"))),
             revision: header(&revision),
             plan: OnceLock::new(),
             name,
@@ -96,7 +96,8 @@ impl City {
         &self.revision
     }
 
-    /// Strong validator of everything that depends on the city alone.
+    /// Validator of everything that depends on the city and the program alone; weak, since
+    /// documents are sent compressed or not.
     pub fn etag(&self) -> &HeaderValue {
         &self.etag
     }

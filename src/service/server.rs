@@ -21,10 +21,11 @@ use tokio::sync::Semaphore;
 
 use super::config::Config;
 use super::gate::Gate;
+use super::patience::Patient;
 
 /// The service could not start.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot listen on {address}: {source}")]
+#[error("cannot listen on {address}")]
 pub struct ListenError {
     /// Where.
     pub address: SocketAddr,
@@ -87,7 +88,8 @@ impl Server {
                 let gate = gate.clone();
                 async move { Ok::<_, Infallible>(gate.respond(request.map(Body::new)).await) }
             });
-            let connection = http.serve_connection(TokioIo::new(stream), service);
+            let io = Patient::new(TokioIo::new(stream), self.config.timeout);
+            let connection = http.serve_connection(io, service);
             let connection = connections.watch(connection);
             tokio::spawn(async move {
                 if let Err(error) = connection.await {

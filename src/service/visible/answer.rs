@@ -7,6 +7,7 @@ use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
 use serde::Serialize;
 
+use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
 use super::request::Form;
 use crate::lod::{RangeLod, Selection};
@@ -56,6 +57,32 @@ struct ObjectItem<'a> {
 
 fn finite(number: f64) -> Option<f64> {
     number.is_finite().then_some(number)
+}
+
+/// About how many bytes the answer takes.
+///
+/// # Errors
+/// 413 when it would list more than `most` ids, or about as many bytes in another form.
+pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Result<usize, Problem> {
+    let count = selection.count();
+    let (listed, what, most) = match form {
+        _ if binary => (count as usize, "numbers", u64::from(most) * 4),
+        Form::Ids => (count as usize, "ids", u64::from(most)),
+        Form::Objects => (count as usize, "objects", u64::from(most) / 10),
+        Form::Ranges => (selection.ranges().len(), "ranges", u64::from(most)),
+    };
+    if listed as u64 > most {
+        let detail = format!(
+            "{count} objects are visible; an answer may list {most} {what}: ask with a smaller \
+             far_dist_m, as ranges, or with Accept: application/octet-stream"
+        );
+        return Err(Problem::new(Kind::AnswerTooLarge, detail));
+    }
+    Ok(if binary {
+        listed * size_of::<u32>()
+    } else {
+        list_len(form, selection)
+    })
 }
 
 /// The answer as JSON.

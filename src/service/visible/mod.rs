@@ -17,6 +17,7 @@ pub use answer::{COUNT, REVISION};
 pub use query::{Parameter, unknown};
 
 use super::body;
+use super::documents::make;
 use super::json;
 use super::negotiate::{accepted, json_body};
 use super::problem::Problem;
@@ -40,13 +41,17 @@ pub async fn post(
     request: Request,
 ) -> Result<Response, Problem> {
     let (mut parts, body) = request.into_parts();
-    let SceneName(name) = SceneName::from_request_parts(&mut parts, &shared).await?;
-    let city = shared.scenes().get(&name)?;
+    let city = if let Some(name) = plain_name(parts.uri.path()) {
+        shared.scenes().get(name)?
+    } else {
+        let SceneName(name) = SceneName::from_request_parts(&mut parts, &shared).await?;
+        shared.scenes().get(&name)?
+    };
     json_body(&parts.headers)?;
     let form = accepted(&parts.headers, &[JSON, BINARY])?;
     let bytes = body::read(&parts.headers, body, shared.max_body_bytes()).await?;
     let Body(request) = json::read(&bytes)?;
-    respond(city, &request, Naming::Pointer, form == BINARY)
+    respond(&shared, city, &request, Naming::Pointer, form == BINARY)
 }
 
 /// `GET`: the request is in the query.
@@ -59,29 +64,45 @@ pub async fn get(
     let city = shared.scenes().get(&name)?;
     let form = accepted(&headers, &[JSON, BINARY])?;
     let request = query::read(&query.unwrap_or_default())?;
-    respond(city, &request, Naming::Parameter, form == BINARY)
+    respond(&shared, city, &request, Naming::Parameter, form == BINARY)
+}
+
+/// The scene of an address, where it is written without escapes: nothing needs to be allocated.
+fn plain_name(path: &str) -> Option<&str> {
+    let (name, _) = path.strip_prefix("/collections/")?.split_once('/')?;
+    memchr::memchr(b'%', name.as_bytes())
+        .is_none()
+        .then_some(name)
 }
 
 fn respond(
+    shared: &Shared,
     city: &City,
     request: &request::Request,
     naming: Naming,
     binary: bool,
 ) -> Result<Response, Problem> {
     let (view, lod) = request.resolve(naming)?;
+    if binary {
+        request.output.check_binary(naming)?;
+    }
     let mut selection = SELECTION.take();
     let start = Instant::now();
     lod::retrieve(city.tree(), &view, &lod, &mut selection);
     let took = start.elapsed();
-    let response = if binary {
-        let body = answer::numbers(&selection);
-        let mut response = answer::response(body, HeaderValue::from_static(BINARY));
-        answer::describe(response.headers_mut(), city, &selection);
-        response
-    } else {
-        let body = answer::json(city, request.output.form, &lod, &selection, took);
-        answer::response(body, HeaderValue::from_static(JSON))
-    };
+    let form = request.output.form;
+    let size = answer::size(form, binary, &selection, shared.max_answer_objects());
+    let response = size.map(|size| {
+        if binary {
+            let body = make(size, || answer::numbers(&selection));
+            let mut response = answer::response(body, HeaderValue::from_static(BINARY));
+            answer::describe(response.headers_mut(), city, &selection);
+            response
+        } else {
+            let body = make(size, || answer::json(city, form, &lod, &selection, took));
+            answer::response(body, HeaderValue::from_static(JSON))
+        }
+    });
     SELECTION.set(selection);
-    Ok(response)
+    response
 }

@@ -7,7 +7,7 @@ use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::super::json::{List, Whole, given, keyword, object};
-use crate::lod::Beyond;
+use crate::lod::{Beyond, RangeLod};
 
 /// A whole request; `Body` reads it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -79,12 +79,13 @@ pub struct Lod {
 
 impl Default for Lod {
     fn default() -> Self {
+        let knobs = RangeLod::default();
         Self {
             mode: Mode::Range,
-            far_dist_m: Some(500.0),
-            dist_factor: 2.5,
-            levels: Whole(4),
-            beyond: Beyond::Show,
+            far_dist_m: Some(knobs.far_dist()).filter(|far| far.is_finite()),
+            dist_factor: knobs.dist_factor(),
+            levels: Whole(knobs.level_count()),
+            beyond: knobs.beyond(),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::super::json::token;
 use super::super::problem::{Kind, Problem};
-use super::request::{Camera, Effects, Lod, Request};
+use super::request::{Camera, Effects, Form, Lod, Output, Request};
 use crate::geom::{DMat4, DQuat, DVec3, DepthRange, Orientation, Projection, View};
 use crate::lod::RangeLod;
 
@@ -55,7 +55,18 @@ impl Camera {
                 far: self.far.flatten(),
             };
             let orientation = self.orientation(naming)?;
-            View::new(eye, orientation, self.projection(), depth, viewport)
+            let looking =
+                |orientation| View::new(eye, orientation, self.projection(), depth, viewport);
+            match (looking(orientation), orientation) {
+                // Straight up or down: north appears upright, unless something else is asked for.
+                (Err(error), Orientation::LookAt { target, .. })
+                    if error.field == "up" && self.up.is_none() =>
+                {
+                    let up = DVec3::Y;
+                    looking(Orientation::LookAt { target, up })
+                }
+                (view, _) => view,
+            }
         };
         view.map_err(|error| {
             let member = match error.field {
@@ -63,7 +74,11 @@ impl Camera {
                 "bottom" => "off_axis/2",
                 field => field,
             };
-            naming.problem("camera", member, error.reason)
+            let detail = match member {
+                "up" => format!("{}: give another, such as [0,1,0]", error.reason),
+                _ => error.reason,
+            };
+            naming.problem("camera", member, detail)
         })
     }
 
@@ -146,6 +161,21 @@ impl Lod {
         let far_dist = self.far_dist_m.unwrap_or(f64::INFINITY);
         RangeLod::new(far_dist, self.dist_factor, self.levels.0, self.beyond)
             .map_err(|error| naming.problem("lod", error.field, error.reason))
+    }
+}
+
+impl Output {
+    /// Refuses forms that a binary answer cannot have.
+    ///
+    /// # Errors
+    /// 422.
+    pub fn check_binary(&self, naming: Naming) -> Result<(), Problem> {
+        if self.form == Form::Ids {
+            return Ok(());
+        }
+        let detail = "a binary answer lists object numbers: leave out the form, or accept \
+                      application/json";
+        Err(naming.problem("output", "form", detail))
     }
 }
 

@@ -122,6 +122,24 @@ fn the_query_means_the_same_as_the_body() {
 }
 
 #[test]
+fn straight_down_has_north_upright() {
+    let service = Running::new();
+    for sight in [
+        r#""eye":[0,0,500],"target":[0,0,0]"#,
+        r#""eye":[0,0,-50],"target":[0,0,900]"#,
+        r#""eye":[0,0,500],"target":[1e-12,0,0]"#,
+    ] {
+        let short = service.visible("demo", &format!(r#"{{"camera":{{{sight}}}}}"#));
+        let long = service.visible("demo", &format!(r#"{{"camera":{{{sight},"up":[0,1,0]}}}}"#));
+        assert_eq!(short.status, 200, "{sight}");
+        assert_eq!(ids(&short), ids(&long), "{sight}");
+    }
+    let wrong = r#"{"camera":{"eye":[0,0,500],"target":[0,0,0],"up":[0,0,1]}}"#;
+    let document = service.visible("demo", wrong).problem(422);
+    assert!(document["detail"].to_string().contains("such as [0,1,0]"));
+}
+
+#[test]
 fn a_matrix_sees_what_its_camera_sees() {
     let service = Running::new();
     // Square, 90 degrees, straight down from 1,000 m, near 0.1.
@@ -288,17 +306,20 @@ fn boxes_hold_their_objects_and_no_more_than_rounding() {
 fn what_does_not_change_is_not_sent_twice() {
     let service = Running::new();
     let revision = demo().revision();
-    let quoted = format!("\"{revision}\"");
+    let strong = format!("\"{}-{revision}\"", env!("CARGO_PKG_VERSION"));
+    let tag = format!("W/{strong}");
     for path in [
         "/collections/demo",
         "/collections/demo/boxes",
         "/collections/demo/plan.svg",
     ] {
         let first = service.get(path);
-        assert_eq!(first.header("etag"), Some(quoted.as_str()), "{path}");
-        let again = service.send("GET", path, &[("If-None-Match", &quoted)], b"");
-        assert_eq!((again.status, again.body.len()), (304, 0), "{path}");
-        assert_eq!(again.header("etag"), Some(quoted.as_str()), "{path}");
+        assert_eq!(first.header("etag"), Some(tag.as_str()), "{path}");
+        for known in [&tag, &strong, &format!("\"else\", {tag}")] {
+            let again = service.send("GET", path, &[("If-None-Match", known)], b"");
+            assert_eq!((again.status, again.body.len()), (304, 0), "{path}");
+            assert_eq!(again.header("etag"), Some(tag.as_str()), "{path}");
+        }
         let other = service.send("GET", path, &[("If-None-Match", "\"else\"")], b"");
         assert_eq!(other.status, 200, "{path}");
     }
@@ -375,6 +396,26 @@ fn the_form_follows_what_is_accepted() {
                 "{path} {accept}"
             );
             assert!(reply.header("vary").unwrap().contains("accept"), "{path}");
+        }
+    }
+}
+
+#[test]
+fn a_binary_answer_has_one_form() {
+    let service = Running::new();
+    let binary = [("Accept", "application/octet-stream")];
+    for (form, status) in [("ids", 200), ("objects", 422), ("ranges", 422)] {
+        let mut body: Value = serde_json::from_str(CAMERA).unwrap();
+        body["output"] = json!({"form":form});
+        let body = body.to_string();
+        let path = "/collections/demo/visible";
+        let posted = service.send("POST", path, &binary, body.as_bytes());
+        let got = service.send("GET", &format!("{CAMERA_QUERY}&form={form}"), &binary, b"");
+        if status == 200 {
+            assert_eq!((posted.status, got.status), (200, 200));
+        } else {
+            assert_eq!(posted.problem(status)["pointer"], "/output/form");
+            assert_eq!(got.problem(status)["pointer"], "form");
         }
     }
 }

@@ -1,4 +1,4 @@
-use std::io::Write;
+use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 use axum::routing::get;
@@ -35,6 +35,51 @@ fn long_bodies_are_refused_announced_or_not() {
 }
 
 #[test]
+fn answers_beyond_the_limit_are_refused_with_a_way_out() {
+    let config = Config {
+        max_answer_objects: 40,
+        ..Config::default()
+    };
+    let service = Running::with(config, |app| app);
+    let everything = |form: &str| {
+        format!(
+            r#"{{"camera":{{"eye":[0,0,9000],"target":[0,0,0],"up":[0,1,0]}},
+            "lod":{{"far_dist_m":null}},"output":{{"form":"{form}"}}}}"#
+        )
+    };
+    for form in ["ids", "objects"] {
+        let reply = service.visible("demo", &everything(form));
+        let document = reply.problem(413);
+        assert_eq!(document["type"], "/#answer-too-large");
+        let detail = document["detail"].as_str().unwrap();
+        assert!(detail.contains("3000 objects are visible"), "{detail}");
+        assert!(detail.contains("far_dist_m") && detail.contains("ranges"));
+        let most = if form == "ids" { "40 ids" } else { "4 objects" };
+        assert!(detail.contains(most), "{detail}");
+    }
+    // They take no more room than the limit allows.
+    assert_eq!(service.visible("demo", &everything("ranges")).status, 200);
+    let binary = [("Accept", "application/octet-stream")];
+    let path = "/collections/demo/visible";
+    let reply = service.send("POST", path, &binary, everything("ids").as_bytes());
+    assert!(
+        reply.problem(413)["detail"]
+            .to_string()
+            .contains("160 numbers")
+    );
+}
+
+#[test]
+fn large_answers_are_whole() {
+    let service = Running::new();
+    let body = r#"{"camera":{"eye":[0,0,9000],"target":[0,0,0],"up":[0,1,0]},
+        "lod":{"far_dist_m":null},"output":{"form":"objects"}}"#;
+    let reply = service.visible("demo", body);
+    assert!(reply.body.len() > 400_000, "{}", reply.body.len());
+    assert_eq!(reply.json()["objects"].as_array().unwrap().len(), 3_000);
+}
+
+#[test]
 fn slow_senders_are_cut_off() {
     let config = Config {
         timeout: Duration::from_millis(300),
@@ -60,6 +105,40 @@ fn slow_senders_are_cut_off() {
     }
     assert!(start.elapsed() < Duration::from_secs(8));
     assert_eq!(service.get("/health").status, 200);
+}
+
+#[test]
+fn readers_that_stop_reading_are_cut_off() {
+    async fn large() -> Vec<u8> {
+        vec![b'x'; 64 << 20]
+    }
+    let config = Config {
+        timeout: Duration::from_millis(300),
+        max_connections: 1,
+        ..Config::default()
+    };
+    let service = Running::with(config, |app| app.route("/large", get(large)));
+    let mut lazy = service.connect();
+    lazy.write_all(b"GET /large HTTP/1.1\r\nHost: x\r\n\r\n")
+        .unwrap();
+    let start = Instant::now();
+    // The only connection there may be has to end first.
+    assert_eq!(service.get("/health").status, 200);
+    assert!(start.elapsed() < Duration::from_secs(8));
+    drop(lazy);
+    // One that reads in bursts, each wait shorter than the limit, gets everything.
+    let mut slow = service.connect();
+    slow.write_all(b"GET /large HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+        .unwrap();
+    let mut buffer = vec![0; 8 << 20];
+    let mut total = 0;
+    while let Ok(read @ 1..) = slow.read(&mut buffer) {
+        if total / buffer.len() != (total + read) / buffer.len() {
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        total += read;
+    }
+    assert!(total > 64 << 20, "{total}");
 }
 
 #[test]

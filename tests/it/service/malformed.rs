@@ -219,7 +219,7 @@ const BODIES: &[(&str, u16, &str)] = &[
         "/camera/target",
     ),
     (
-        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}}"#,
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0],"up":[0,0,1]}}"#,
         422,
         "/camera/up",
     ),

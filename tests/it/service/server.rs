@@ -40,7 +40,7 @@ impl Running {
             listen: ([127, 0, 0, 1], 0).into(),
             ..config
         };
-        let app = extend(router(scenes, config.max_body_bytes));
+        let app = extend(router(scenes, &config));
         let (stop, stopped) = oneshot::channel::<()>();
         let (tell, told) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
