@@ -148,6 +148,9 @@ pub(super) struct ServeArgs {
     /// Most requests in work at once; more are answered 503
     #[arg(long, default_value_t = 256, value_parser = at_least_one)]
     pub max_concurrency: usize,
+    /// Most ids in one answer; larger ones are refused with 413
+    #[arg(long, default_value_t = 1_000_000)]
+    pub max_answer_objects: u32,
     /// Most connections; more wait
     #[arg(long, default_value_t = 4096, value_parser = at_least_one)]
     pub max_connections: usize,

@@ -23,6 +23,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         timeout: std::time::Duration::from_millis(args.timeout_ms),
         max_concurrency: args.max_concurrency,
         max_connections: args.max_connections,
+        max_answer_objects: args.max_answer_objects,
         ..Config::default()
     };
     let scenes = scenes(args)?;

@@ -24,7 +24,10 @@ pub fn replace_file(
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
     }
-    let mut temporary = builder.tempfile_in(folder)?;
+    // The temporary name, which its error would tell, helps nobody.
+    let mut temporary = builder
+        .tempfile_in(folder)
+        .map_err(|error| std::io::Error::from(error.kind()))?;
     write(temporary.as_file_mut())?;
     temporary.as_file().sync_all()?;
     temporary.persist(path)?;

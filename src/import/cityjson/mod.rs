@@ -91,7 +91,11 @@ impl City {
             Some("CityJSON") => {}
             None => {
                 let reason = "has no `type`; expected CityJSON or GeoJSON";
-                return Err(ImportError::malformed(stream.path(), Place::File, reason));
+                return Err(ImportError::malformed(
+                    stream.path(),
+                    Place::Pointer("/type".into()),
+                    reason,
+                ));
             }
             Some(other) => {
                 let reason = format!("`type` is {other:?}; expected \"CityJSON\"");
