@@ -118,7 +118,7 @@ fn what_is_no_cityjson_is_refused() {
         (" \n\n ", line(3, 2), "empty"),
         ("<CityModel/>", line(1, 1), "expected a CityJSON object"),
         ("[1]", line(1, 1), "expected a CityJSON object"),
-        ("{}", pointer("/type"), "expected \"CityJSON\""),
+        ("{}", pointer("/type"), "expected CityJSON or GeoJSON"),
         ("{\"type\":\n\"CityJSON\",", line(2, 12), "cut off"),
     ] {
         assert_malformed("x.city.json", text, &place, words);
