@@ -35,6 +35,8 @@ mod index_file;
 mod numerics;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
+/// Answers over HTTP against a program in another language.
+mod other_language;
 /// Real cities, from import to answer.
 mod real_cities;
 /// Retrieval against the transcription and against brute force.
