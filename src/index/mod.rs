@@ -1,6 +1,6 @@
 //! The 3D R-tree with representatives in its nodes, packed for querying, saving and mapping.
 //!
-//! objects → hierarchy ([`bulk`] for a whole city, [`CityTree`] after edits) → [`LodTree`]
+//! objects → hierarchy ([`build`] for a whole city, [`CityTree`] after edits) → [`LodTree`]
 //! → `.citylod` file. [`validate`] states every invariant.
 //!
 //! Knows nothing of views or HTTP.

@@ -1,6 +1,6 @@
 //! The HTTP service: which objects of which city to draw for a camera, over the wire.
 //!
-//! request → [`Gate`](gate) (limits) → [`ROUTES`] → handler → answer or [`Problem`](problem).
+//! request → gate (limits) → [`ROUTES`] → handler → answer or problem document.
 //! Stateless but for the cities, which never change while they are served.
 //!
 //! Knows nothing of the command line or of experiments.
