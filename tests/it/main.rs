@@ -41,6 +41,8 @@ mod other_language;
 mod real_cities;
 /// Retrieval against the transcription and against brute force.
 mod retrieval;
+/// Limits given to `serve` as flags.
+mod serve_limits;
 /// The HTTP service: answers, refusals, limits, description.
 mod service;
 /// Random scenes and cameras.
