@@ -74,6 +74,14 @@ impl Frustum {
             .any(|plane| plane.beyond(self.eye, b, self.slack))
     }
 
+    /// The same for those planes only whose bit is in `set`.
+    pub(crate) fn is_outside_of(&self, set: super::PlaneSet, b: &Aabb) -> bool {
+        let planes = (0..).zip(&self.planes);
+        planes
+            .filter(|(bit, _)| set >> bit & 1 == 1)
+            .any(|(_, plane)| plane.beyond(self.eye, b, self.slack))
+    }
+
     /// How the box lies to the frustum.
     pub fn relation(&self, b: &Aabb) -> Relation {
         if self.is_outside(b) {

@@ -28,11 +28,11 @@ use bytemuck::{Pod, Zeroable};
 /// First bytes: not text, and damaged by anything that changes line ends.
 pub(super) const MAGIC: [u8; 8] = *b"\x89CLOD\r\n\x1a";
 /// Raised with every change that older programs would misread.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 pub(super) const ALIGNMENT: usize = 64;
 /// Levels that a file may have; a tree of 2³² objects with two children a node has 32.
 pub(super) const MOST_LEVELS: u32 = 64;
-/// Hidden radii that may be read past the last one, as they are read eight at a time.
+/// Radii that may be read past the last one, as they are read eight at a time.
 const PADDING: u64 = 8;
 
 /// Eight boxes: lanes of min x, y, z, max x, y, z. What is looked at together lies together.
@@ -55,6 +55,10 @@ pub(super) enum Section {
     Representatives,
     /// f32 × (m + 8): largest radius of an object below the node that is not its own, m.
     HiddenRadii,
+    /// f32 × ((h − 2)·i + 8): for each level c from 1 to h − 2 and each inner node, the largest
+    /// radius of an object below the node that is stored at a level lower than c and is not the
+    /// node's own, m.
+    CutRadii,
     /// u32 × (i + 1): first block of each inner node in `ChildBlocks`, then their number.
     ChildBlockStarts,
     /// f32 × 48 a block: boxes of the root, then of the children of each inner node, eight to a
@@ -88,13 +92,14 @@ pub(super) enum Section {
 }
 
 impl Section {
-    pub(super) const ALL: [Self; 20] = [
+    pub(super) const ALL: [Self; 21] = [
         Self::Meta,
         Self::Levels,
         Self::Children,
         Self::Own,
         Self::Representatives,
         Self::HiddenRadii,
+        Self::CutRadii,
         Self::ChildBlockStarts,
         Self::ChildBlocks,
         Self::NodeBoxes,
@@ -119,6 +124,7 @@ impl Section {
             Self::Own => b"own     ",
             Self::Representatives => b"represen",
             Self::HiddenRadii => b"hidden  ",
+            Self::CutRadii => b"cutradii",
             Self::ChildBlockStarts => b"chldblks",
             Self::ChildBlocks => b"chldblk ",
             Self::NodeBoxes => b"nodebox ",
@@ -157,6 +163,10 @@ impl Section {
             Self::Own | Self::OwnBlockStarts => (m + 1) * 4,
             Self::Representatives => m * 4,
             Self::HiddenRadii => (m + PADDING) * 4,
+            Self::CutRadii => {
+                let cuts = u64::from(counts.levels.saturating_sub(2));
+                (cuts * u64::from(counts.inner_nodes) + PADDING) * 4
+            }
             Self::NodeBoxes => m * 48,
             Self::ObjectBoxes => n * 48,
             Self::IdStarts => (n + 1) * 8,

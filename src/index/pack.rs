@@ -120,8 +120,15 @@ impl Packer<'_> {
             *place = node.best().map_or(0, |best| place_of[best.key as usize]);
         }
         draft.fill(Section::IdOrder).copy_from_slice(&place_of);
-        let hidden = plan.hidden_radii(self.objects);
-        draft.fill::<f32>(Section::HiddenRadii)[..hidden.len()].copy_from_slice(&hidden);
+        let mut hidden = plan.hidden_radii(self.objects);
+        if let Some(all) = hidden.pop() {
+            draft.fill::<f32>(Section::HiddenRadii)[..all.len()].copy_from_slice(&all);
+        }
+        let inner_nodes = plan.children.len() - 1;
+        let cuts = draft.fill(Section::CutRadii);
+        for (plane, radii) in cuts.chunks_exact_mut(inner_nodes.max(1)).zip(&hidden) {
+            plane.copy_from_slice(&radii[..inner_nodes]);
+        }
     }
 
     fn fill_boxes(&self, draft: &mut Draft) {

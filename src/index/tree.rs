@@ -82,6 +82,9 @@ pub struct Arrays<'a> {
     pub representatives: &'a [u32],
     /// Largest radius of an object below each node that is not its own, m.
     pub hidden_radii: &'a [f32],
+    /// The same for objects stored below one level: for each level c from 1 to the root's less
+    /// one, the largest of each inner node, level after level. See [`Arrays::hidden_below`].
+    pub cut_radii: &'a [f32],
     /// Boxes of the root, then of the children of each inner node, eight to a block: lanes of min
     /// x, y, z, max x, y, z relative to [`LodTree::origin`], rounded outward.
     pub child_blocks: &'a [[[f32; 8]; 6]],
@@ -95,6 +98,22 @@ pub struct Arrays<'a> {
     pub node_boxes: &'a [[f64; 6]],
     /// Exact boxes of objects.
     pub object_boxes: &'a [[f64; 6]],
+}
+
+impl Arrays<'_> {
+    /// For eight nodes of `level` from `first` on, the largest radius of an object below that is
+    /// stored at a level lower than `cut` and is not the node's own, m.
+    #[inline]
+    pub fn hidden_below(&self, cut: u32, level: u32, first: u32) -> Option<&[f32; 8]> {
+        let radii = if cut >= level {
+            self.hidden_radii.get(first as usize..)
+        } else {
+            let inner_nodes = self.children.len().checked_sub(1)?;
+            let plane = (cut as usize).checked_sub(1)? * inner_nodes;
+            self.cut_radii.get(plane + first as usize..)
+        };
+        radii?.first_chunk()
+    }
 }
 
 /// What is known of one object.
@@ -249,6 +268,7 @@ impl LodTree {
             level_objects,
             representatives: self.image.slice(Section::Representatives),
             hidden_radii: self.image.slice(Section::HiddenRadii),
+            cut_radii: self.image.slice(Section::CutRadii),
             child_blocks: self.image.slice(Section::ChildBlocks),
             child_block_starts: self.image.slice(Section::ChildBlockStarts),
             own_blocks: self.image.slice(Section::OwnBlocks),

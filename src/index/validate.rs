@@ -135,19 +135,7 @@ impl Check<'_> {
                 "box is the union of what it bounds",
                 || format!("node {node}"),
             );
-            let hidden = children
-                .flat_map(|c| {
-                    let own = a.own[c as usize]..a.own[c as usize + 1];
-                    own.filter_map(|o| self.tree.bounds_of(o))
-                        .map(|b| stored_radius(b.radius()))
-                        .chain([a.hidden_radii[c as usize]])
-                })
-                .fold(0.0, f32::max);
-            self.require(
-                a.hidden_radii[at] == hidden,
-                "hidden radius is the largest below",
-                || format!("node {node}"),
-            );
+            self.hidden(node, children);
         }
         let root = (self.tree.node_count() > 0).then(|| node_box(self.tree, 0));
         self.require(
@@ -155,6 +143,32 @@ impl Check<'_> {
             "bounds are the root's box",
             || "header".into(),
         );
+    }
+
+    /// For each level, the hidden radius is the largest of what is stored below that level.
+    fn hidden(&mut self, node: u32, children: std::ops::Range<u32>) {
+        let a = self.tree.arrays();
+        let levels = self.tree.level_count();
+        let level_of = |node| levels - a.level_nodes.partition_point(|&start| start <= node) as u32;
+        for cut in 1..levels.max(2) {
+            let stated = |node| {
+                a.hidden_below(cut, level_of(node), node)
+                    .map(|radii| radii[0])
+            };
+            let below = children.clone().flat_map(|c| {
+                let own = a.own[c as usize]..a.own[c as usize + 1];
+                own.filter(|&o| self.tree.level_of(o) < cut)
+                    .filter_map(|o| self.tree.bounds_of(o))
+                    .map(|b| stored_radius(b.radius()))
+                    .chain(stated(c))
+            });
+            let largest = below.fold(0.0, f32::max);
+            self.require(
+                stated(node) == Some(largest),
+                "hidden radius is the largest stored below the level",
+                || format!("node {node}, level {cut}"),
+            );
+        }
     }
 
     /// The box of the node's object that an ancestor stores.

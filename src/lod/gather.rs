@@ -126,7 +126,7 @@ impl Traversal<'_> {
         };
         if planes == 0
             || exact(self.arrays.object_boxes, object)
-                .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
+                .is_some_and(|exact| !self.view.frustum().is_outside_of(planes, &exact))
         {
             self.selection.add(level, object..object + 1);
         }

@@ -77,8 +77,6 @@ pub(super) struct Traversal<'a> {
 #[derive(Default)]
 struct Settled {
     set: Lanes,
-    /// Those in the range of level 0, below which nothing is left out.
-    finest: Lanes,
     at: [u8; 8],
 }
 
@@ -153,13 +151,10 @@ impl Traversal<'_> {
             self.add(level, first, kept, &relations);
         }
         if nearer != kept && level > 0 {
-            self.note_hidden(first, &distances, kept & !nearer);
+            self.note_hidden(level, level, first, &distances, kept & !nearer);
         }
         if nearer != 0 {
-            let settled = self.settle(level, boxes, &distances, nearer);
-            if settled.set != settled.finest {
-                self.note_hidden(first, &distances, settled.set & !settled.finest);
-            }
+            let settled = self.settle(level, first, boxes, &distances, nearer);
             self.descend(level, first, nearer, &relations, &settled);
         }
     }
@@ -196,11 +191,13 @@ impl Traversal<'_> {
             .fold(0, |set, lane| set | 1 << lane)
     }
 
-    /// Which of `nearer` lie wholly in the range of one level below theirs, and in which.
+    /// Which of `nearer` lie wholly in the range of one level below theirs, and in which: what is
+    /// stored below that level is left out.
     #[inline]
     fn settle(
-        &self,
+        &mut self,
         level: u32,
+        first: u32,
         boxes: &Eight,
         distances: &EightDistances,
         nearer: Lanes,
@@ -208,21 +205,19 @@ impl Traversal<'_> {
         let farthest = self.filter.farthest(boxes);
         let mut settled = Settled::default();
         let mut open = nearer;
-        let below = level.min(self.ranged_levels) as usize;
-        for (cut, Level { far, .. }) in (0_u8..).zip(&self.levels[..below]) {
+        for cut in 0..level.min(self.ranged_levels) {
             if cut > 0 {
                 open &= !settled.set & distances.not_nearer(&self.levels[cut as usize - 1].far);
                 if open == 0 {
                     break;
                 }
             }
-            let set = open & farthest.nearer(far);
+            let set = open & farthest.nearer(&self.levels[cut as usize].far);
             settled.set |= set;
-            if cut == 0 {
-                settled.finest = set;
-            } else {
+            if cut > 0 && set != 0 {
+                self.note_hidden(cut, level, first, distances, set);
                 for lane in lanes::each(set) {
-                    settled.at[lane as usize & 7] = cut;
+                    settled.at[lane as usize & 7] = cut as u8;
                 }
             }
         }
@@ -274,7 +269,7 @@ impl Traversal<'_> {
             let hidden = if level < self.ranged_levels {
                 self.hidden(node)
             } else {
-                f32::INFINITY
+                self.hidden(node).max(self.promoted(&children))
             };
             self.siblings(level - 1, children, block, planes, hidden);
         }
@@ -342,11 +337,32 @@ impl Traversal<'_> {
         hidden.copied().unwrap_or(f32::INFINITY)
     }
 
-    /// Keeps the largest size on the screen of what lies below the nodes the walk stopped at.
+    /// Largest radius of the objects that stand for `nodes`.
+    #[cold]
+    fn promoted(&self, nodes: &Range<u32>) -> f32 {
+        let representatives = self.arrays.representatives;
+        let radius = |&object: &u32| {
+            let bounds = exact(self.arrays.object_boxes, object);
+            bounds.map_or(f32::INFINITY, |b| (b.radius() as f32).next_up())
+        };
+        let range = nodes.start as usize..nodes.end as usize;
+        representatives.get(range).map_or(f32::INFINITY, |all| {
+            all.iter().map(radius).fold(0.0, f32::max)
+        })
+    }
+
+    /// Keeps the largest size on the screen of what is stored at levels lower than `cut` below the
+    /// nodes of `level` in the set `stopped`.
     #[inline]
-    fn note_hidden(&mut self, first: u32, distances: &EightDistances, stopped: Lanes) {
-        let radii = self.arrays.hidden_radii.get(first as usize..);
-        if let Some(&radii) = radii.and_then(|r| r.first_chunk::<8>()) {
+    fn note_hidden(
+        &mut self,
+        cut: u32,
+        level: u32,
+        first: u32,
+        distances: &EightDistances,
+        stopped: Lanes,
+    ) {
+        if let Some(&radii) = self.arrays.hidden_below(cut, level, first) {
             let radii = f32x8::from(radii);
             if self.omitted.exceeding(radii, distances, stopped) != 0 {
                 self.omitted.raise(radii, distances, stopped);

@@ -63,7 +63,8 @@ fn shuffle<T>(items: &mut [T], rng: &mut Pcg64Mcg) {
 /// Names, offsets and lengths as the section table states them.
 fn sections(bytes: &[u8]) -> Vec<(String, usize, usize)> {
     let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
-    let entries = (128..768).step_by(32);
+    let count = u32::from_le_bytes(bytes[116..120].try_into().unwrap()) as usize;
+    let entries = (0..count).map(|i| 128 + 32 * i);
     entries
         .map(|at| {
             let tag = String::from_utf8(bytes[at..at + 8].to_vec()).unwrap();
