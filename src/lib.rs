@@ -47,6 +47,7 @@
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
 //! | [`index`] | tree with representatives, packed; its file | geom, scene | views, HTTP |
 //! | [`lod`] | the seven-step retrieval | geom, index | files, HTTP |
+//! | [`effects`] | motion, haze: entered only where the scene declares them | geom, scene, lod | files, HTTP |
 //! | [`experiment`] | the paper's questions → records | all above | the service |
 //! | [`service`] | HTTP | all above but experiment | the command line |
 //! | [`cli`] | what was typed → one call | all | – |
@@ -62,6 +63,7 @@
 //!   ([`index::LodTree`]).
 
 pub mod cli;
+pub mod effects;
 pub mod experiment;
 pub mod geom;
 pub mod import;

@@ -55,6 +55,9 @@ pub(super) struct ImportArgs {
     /// GeoJSON property with the height in metres [default: height, measuredHeight, …]
     #[arg(long)]
     pub height: Option<String>,
+    /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion
+    #[arg(long, value_name = "FILE")]
+    pub effects: Option<PathBuf>,
     /// Warnings to show; the rest are counted
     #[arg(long, default_value_t = 20)]
     pub warnings: usize,
@@ -74,6 +77,9 @@ pub(super) struct GenerateArgs {
     /// What makes an object stand for its neighbours; .citylod only [default: tallest]
     #[arg(long)]
     pub promote: Option<PromoteArg>,
+    /// JSON file that declares motion, haze, occlusion; .citylod only
+    #[arg(long, value_name = "FILE")]
+    pub effects: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

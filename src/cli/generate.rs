@@ -3,6 +3,7 @@ use std::io::BufWriter;
 use anyhow::{Context, Result};
 
 use super::args::{GenerateArgs, extension, misuse};
+use super::effects::declared;
 use super::{glb, progress, text};
 use crate::index;
 use crate::scene::{CityParams, Scene, generate};
@@ -12,12 +13,17 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
     if is_glb && args.promote.is_some() {
         return Err(misuse("generate", "--promote does not apply to a .glb").into());
     }
+    if is_glb && args.effects.is_some() {
+        return Err(misuse("generate", "--effects does not apply to a .glb").into());
+    }
+    let effects = declared(args.effects.as_deref())?;
     let spinner = progress::spinner();
     spinner.set_message("generating");
-    let scene = generate(&CityParams {
+    let mut scene = generate(&CityParams {
         objects: args.objects,
         seed: args.seed,
     });
+    scene.effects = effects;
     spinner.set_message("writing");
     let summary = if is_glb {
         write_glb(args, &scene)?;

@@ -1,11 +1,13 @@
 use anyhow::{Result, bail};
 
 use super::args::ImportArgs;
+use super::effects::declared;
 use super::{progress, text};
 use crate::import::{Options, Unused, import};
 use crate::index;
 
 pub(super) fn run(args: &ImportArgs) -> Result<()> {
+    let effects = declared(args.effects.as_deref())?;
     let options = Options {
         up: args.up.map(Into::into),
         lod: args.lod.clone(),
@@ -18,7 +20,8 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
         bar.set_position(read);
     });
     bar.finish_and_clear();
-    let imported = imported?;
+    let mut imported = imported?;
+    imported.scene.effects = effects;
 
     for option in &imported.unused {
         eprintln!("warning: {}", unused(*option));

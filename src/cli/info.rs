@@ -55,7 +55,7 @@ fn summary(args: &InfoArgs, tree: &LodTree) -> serde_json::Value {
         "bounds": bounds_json(&tree.bounds()),
         "origin": tree.origin().to_array(),
         "classes": class_counts(tree).into_iter().collect::<serde_json::Map<_, _>>(),
-        "effects": {},
+        "effects": tree.effects(),
     })
 }
 
@@ -106,6 +106,8 @@ fn table(args: &InfoArgs, tree: &LodTree, out: &mut impl Write) -> io::Result<()
     }
     let promotion = format!("{:?}", tree.promotion()).to_lowercase();
     writeln!(out, "promotion  {promotion}")?;
+    let effects = serde_json::to_string(tree.effects()).unwrap_or_default();
+    writeln!(out, "effects    {effects}")?;
     if !bounds.is_empty() {
         writeln!(
             out,

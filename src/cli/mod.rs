@@ -1,6 +1,7 @@
 //! What was typed → one call.
 
 mod args;
+mod effects;
 mod experiment;
 mod generate;
 pub mod glb;

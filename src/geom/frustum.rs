@@ -33,6 +33,9 @@ pub struct Frustum {
     slack: f64,
 }
 
+/// Shorter sums of plane normals point nowhere in particular.
+const LEAST_OPENING: f64 = 1e-3;
+
 /// Unit roundoff of f64.
 const U: f64 = f64::EPSILON / 2.0;
 
@@ -49,6 +52,24 @@ impl Frustum {
             planes: planes.into_iter().map(Plane::rescaled).collect(),
             slack: (coefficient_error + EVALUATION_ERROR) * U,
         }
+    }
+
+    /// The same without what lies beyond `distance` (m) along the direction it opens to. A box with
+    /// a visible point no farther than that from the eye is not outside. Where no plane is to
+    /// spare, nothing is cut off.
+    #[must_use]
+    pub fn within(&self, distance: f64) -> Self {
+        let unit = |plane: &Plane| plane.normal.normalize_or_zero();
+        let opening: DVec3 = self.planes.iter().map(unit).sum();
+        let mut within = self.clone();
+        if self.planes.len() < Self::MAX_PLANES && opening.length() > LEAST_OPENING {
+            // Any unit vector would do: along none is a point farther than its distance. That
+            // of this one is off by its normalisation, which the slack has room for.
+            let normal = -opening.normalize();
+            let plane = Plane::exact(normal, distance * (1.0 + 8.0 * f64::EPSILON));
+            within.planes.push(plane.rescaled());
+        }
+        within
     }
 
     /// Where the view is seen from; planes are relative to it.

@@ -249,6 +249,15 @@ impl View {
         self.frustum.eye()
     }
 
+    /// The same view without what lies beyond `distance` (m); see [`Frustum::within`].
+    #[must_use]
+    pub fn within(&self, distance: f64) -> Self {
+        Self {
+            frustum: self.frustum.within(distance),
+            ..self.clone()
+        }
+    }
+
     /// What it shows.
     pub fn frustum(&self) -> &Frustum {
         &self.frustum

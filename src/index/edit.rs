@@ -6,6 +6,7 @@ use compact_str::CompactString;
 use rstar::{ParentNode, RStarInsertionStrategy, RTree, RTreeNode, RTreeObject, RTreeParams};
 
 use super::hierarchy::{Canonical, Hierarchy, Level};
+use super::meta::Meta;
 use super::{
     BuildError, Candidate, LodEnvelope, LodTree, MAX_FAN_OUT, MIN_FAN_OUT, Promotion, pack,
 };
@@ -60,7 +61,7 @@ pub struct CityTree {
     objects: BTreeMap<CompactString, SceneObject>,
     tree: RTree<Entry, FanOut>,
     promotion: Promotion,
-    crs: Option<String>,
+    meta: Meta,
 }
 
 impl CityTree {
@@ -69,6 +70,7 @@ impl CityTree {
     /// # Errors
     /// [`BuildError::DuplicateId`] when an id repeats.
     pub fn bulk_load(scene: Scene, promotion: Promotion) -> Result<Self, BuildError> {
+        let meta = Meta::of(&scene);
         let mut objects = BTreeMap::new();
         for object in scene.objects {
             if let Some(twin) = objects.insert(object.id.clone(), object) {
@@ -82,7 +84,7 @@ impl CityTree {
             tree: RTree::bulk_load_with_params(entries),
             objects,
             promotion,
-            crs: scene.crs,
+            meta,
         })
     }
 
@@ -126,8 +128,8 @@ impl CityTree {
         if u32::try_from(self.objects.len()).is_ok_and(|n| n < u32::MAX) {
             let objects: Vec<&SceneObject> = self.objects.values().collect();
             let hierarchy = self.hierarchy(&objects);
-            let crs = self.crs.as_deref();
-            Ok(pack::pack(&objects, &hierarchy, self.promotion, crs))
+            let meta = self.meta.clone();
+            Ok(pack::pack(&objects, &hierarchy, self.promotion, meta))
         } else {
             Err(BuildError::TooManyObjects {
                 count: self.objects.len(),

@@ -42,7 +42,7 @@ pub(super) type Block = [[f32; 8]; 6];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(usize)]
 pub(super) enum Section {
-    /// JSON: `crs`, `classes`.
+    /// JSON: `crs`, `effects` ([`crate::scene::Effects`]), `classes`.
     Meta,
     /// u32 × (h + 1): first node of each level, coarsest first, then m; the same again for
     /// objects and n.

@@ -13,6 +13,7 @@ mod error;
 mod file;
 mod hierarchy;
 mod image;
+mod meta;
 mod outward;
 mod pack;
 mod plan;
@@ -48,10 +49,6 @@ pub const MAX_FAN_OUT: usize = 9;
 pub fn build(scene: &Scene, promotion: Promotion) -> Result<LodTree, BuildError> {
     let objects = hierarchy::canonical_order(scene)?;
     let hierarchy = bulk::load(&objects, promotion);
-    Ok(pack::pack(
-        &objects,
-        &hierarchy,
-        promotion,
-        scene.crs.as_deref(),
-    ))
+    let meta = meta::Meta::of(scene);
+    Ok(pack::pack(&objects, &hierarchy, promotion, meta))
 }

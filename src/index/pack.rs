@@ -6,19 +6,20 @@ use super::blocks::{self, Blocks};
 use super::file::{Block, Counts, Header, MAGIC, Section, VERSION};
 use super::hierarchy::{Canonical, Hierarchy};
 use super::image::Draft;
+use super::meta::Meta;
 use super::plan::Plan;
 use super::texts::{self, Attributes, Id};
-use super::tree::Meta;
 use super::{LodTree, Promotion};
 use crate::geom::DVec3;
 use crate::scene::SceneObject;
 
-/// Packs a hierarchy of `objects`, which are in canonical order.
+/// Packs a hierarchy of `objects`, which are in canonical order. The classes of `meta` are found
+/// here.
 pub(super) fn pack(
     objects: &[&SceneObject],
     hierarchy: &Hierarchy,
     promotion: Promotion,
-    crs: Option<&str>,
+    meta: Meta,
 ) -> LodTree {
     let plan = Plan::new(objects, hierarchy);
     let arranged: Vec<&SceneObject> = plan
@@ -26,7 +27,7 @@ pub(super) fn pack(
         .par_iter()
         .map(|&key| objects[key as usize])
         .collect();
-    let meta = Meta::of(&arranged, crs);
+    let meta = meta.with_classes(&arranged);
     let packer = Packer {
         child_blocks: Blocks::new(hierarchy.levels.len().min(1) as u32, &plan.children),
         own_blocks: Blocks::new(0, &plan.own),

@@ -1,22 +1,21 @@
 //! The packed tree: what is queried, saved and mapped.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
 use compact_str::CompactString;
-use serde::{Deserialize, Serialize};
 
 use super::Promotion;
 use super::error::FileError;
 use super::file::{Damage, Section, VERSION};
 use super::image::{Image, Refusal};
+use super::meta::Meta;
 use super::replace::replace_file;
 use crate::geom::{Aabb, DVec3};
-use crate::scene::SceneObject;
+use crate::scene::Effects;
 
 /// A 3D R-tree over the objects of a city, immutable, each object stored once.
 ///
@@ -31,40 +30,6 @@ use crate::scene::SceneObject;
 pub struct LodTree {
     image: Image,
     meta: Meta,
-}
-
-/// What is kept of the scene as a whole.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Meta {
-    crs: Option<String>,
-    /// Sorted.
-    classes: Vec<CompactString>,
-}
-
-impl Meta {
-    pub(super) fn of(objects: &[&SceneObject], crs: Option<&str>) -> Self {
-        let mut classes = BTreeSet::new();
-        let mut last = None;
-        for object in objects {
-            // Neighbours are mostly of one kind.
-            if last != Some(&object.class) {
-                classes.insert(object.class.clone());
-                last = Some(&object.class);
-            }
-        }
-        Self {
-            crs: crs.map(str::to_owned),
-            classes: classes.into_iter().collect(),
-        }
-    }
-
-    pub(super) fn class_number(&self, class: &CompactString) -> u32 {
-        self.classes.partition_point(|c| c < class) as u32
-    }
-
-    pub(super) fn to_json(&self) -> Vec<u8> {
-        serde_json::to_vec(self).unwrap_or_default()
-    }
 }
 
 /// The arrays of a tree, as a traversal reads them.
@@ -168,8 +133,8 @@ impl LodTree {
         // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
         let map = unsafe { memmap2::Mmap::map(&file) }.map_err(io("cannot map"))?;
         let image = Image::mapped(map).map_err(|refusal| refused(path, refusal))?;
-        let meta = serde_json::from_slice(image.section(Section::Meta)).map_err(|e| {
-            let damage = Damage::new(Section::Meta.name(), e.to_string());
+        let meta = Meta::from_json(image.section(Section::Meta)).map_err(|reason| {
+            let damage = Damage::new(Section::Meta.name(), reason);
             refused(path, Refusal::Damaged(damage))
         })?;
         Ok(Self { image, meta })
@@ -215,12 +180,17 @@ impl LodTree {
 
     /// Coordinate reference system, where the source named one.
     pub fn crs(&self) -> Option<&str> {
-        self.meta.crs.as_deref()
+        self.meta.crs()
+    }
+
+    /// What the scene calls for beyond its objects.
+    pub fn effects(&self) -> &Effects {
+        self.meta.effects()
     }
 
     /// The kinds of object there are, sorted.
     pub fn classes(&self) -> &[CompactString] {
-        &self.meta.classes
+        self.meta.classes()
     }
 
     /// How representatives were chosen.
@@ -333,7 +303,7 @@ impl LodTree {
     pub fn class_number(&self, object: u32) -> Option<usize> {
         let classes: &[u32] = self.image.slice(Section::Classes);
         let class = *classes.get(object as usize)? as usize;
-        (class < self.meta.classes.len()).then_some(class)
+        (class < self.classes().len()).then_some(class)
     }
 
     /// Exact bounds of an object.
@@ -358,7 +328,7 @@ impl LodTree {
         let class = self.class_number(object)?;
         Some(Object {
             id: self.id(object)?,
-            class: self.meta.classes.get(class)?,
+            class: self.classes().get(class)?,
             bounds: self.bounds_of(object)?,
             footprint_area: *self.image.slice(Section::Footprints).get(at)?,
             triangles: *self.image.slice(Section::Triangles).get(at)?,

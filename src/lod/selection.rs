@@ -57,6 +57,23 @@ impl Selection {
         self.stats
     }
 
+    /// Keeps only the objects for which `keep` holds; they are asked for once each, ascending.
+    /// What this leaves out does not count for [`Selection::error_px`]. Returns how many went.
+    pub fn retain(&mut self, mut keep: impl FnMut(u32) -> bool) -> u32 {
+        let before = self.count();
+        let Some(kept) = self.levels.first_mut() else {
+            return 0; // nothing was ever selected
+        };
+        kept.clear();
+        for object in self.ranges.drain(..).flatten() {
+            if keep(object) {
+                append(kept, object..object + 1);
+            }
+        }
+        std::mem::swap(kept, &mut self.ranges);
+        before - self.count()
+    }
+
     /// Forgets everything but its memory; the next tree has so many levels.
     pub(super) fn clear(&mut self, levels: u32) {
         const USUAL: usize = 256;

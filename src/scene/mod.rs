@@ -3,9 +3,11 @@
 //! Knows nothing of file formats, trees or cameras.
 
 mod canonical;
+mod effects;
 mod generate;
 mod object;
 
 pub use canonical::Renamed;
+pub use effects::{Effects, EffectsError, Haze, Motion, Occlusion};
 pub use generate::{CityParams, generate};
 pub use object::{Scene, SceneObject};

@@ -1,6 +1,7 @@
 use compact_str::CompactString;
 use serde_json::value::RawValue;
 
+use super::Effects;
 use crate::geom::Aabb;
 
 /// One thing of the city that is drawn or left out as a whole: a building, a tree, a bridge.
@@ -32,6 +33,8 @@ impl SceneObject {
 pub struct Scene {
     /// Coordinate reference system as the source names it, e.g. `EPSG:6677`.
     pub crs: Option<String>,
+    /// What a frame of it calls for beyond its objects.
+    pub effects: Effects,
     /// The objects, in any order; their order does not matter to what is built from them.
     pub objects: Vec<SceneObject>,
 }

@@ -13,6 +13,7 @@ fn scene_of(model: &Model) -> Scene {
     Scene {
         crs: Some("EPSG:28992".into()),
         objects: model.values().cloned().collect(),
+        ..Scene::default()
     }
 }
 
@@ -133,8 +134,8 @@ fn taken_ids_are_refused_and_unknown_ones_not_found() {
         )
     };
     let scene = Scene {
-        crs: None,
         objects: vec![object("a", &mut rng), object("b", &mut rng)],
+        ..Scene::default()
     };
     let mut city = CityTree::bulk_load(scene, Promotion::Tallest).unwrap();
     let before = city.pack().unwrap().revision();
@@ -159,8 +160,8 @@ fn taken_ids_are_refused_and_unknown_ones_not_found() {
     assert_eq!((empty.object_count(), empty.validate()), (0, vec![]));
 
     let twins = Scene {
-        crs: None,
         objects: vec![object("t", &mut rng), object("t", &mut rng)],
+        ..Scene::default()
     };
     let refused = CityTree::bulk_load(twins, Promotion::Tallest).unwrap_err();
     assert!(matches!(refused, BuildError::DuplicateId { id } if id == "t"));

@@ -119,6 +119,7 @@ fn ids_of_any_kind_come_back() {
     let scene = Scene {
         crs: Some("EPSG:25832".into()),
         objects: objects.collect(),
+        ..Scene::default()
     };
     assert_holds(&reopened(&scene), &scene);
 }
@@ -126,10 +127,10 @@ fn ids_of_any_kind_come_back() {
 #[test]
 fn a_repeated_id_is_refused_by_name() {
     let scene = Scene {
-        crs: None,
         objects: ["x", "tw\"in", "tw\"in"]
             .map(|id| object(id, DVec3::ZERO, DVec3::ONE))
             .to_vec(),
+        ..Scene::default()
     };
     let error = index::build(&scene, Promotion::Tallest).unwrap_err();
     assert!(error.to_string().contains(r#""tw\"in""#), "{error}");
@@ -145,8 +146,8 @@ fn no_object_and_one_object() {
     assert_eq!(tree.find(""), None);
 
     let one = Scene {
-        crs: None,
         objects: vec![object("only", DVec3::ONE, DVec3::ZERO)],
+        ..Scene::default()
     };
     let tree = reopened(&one);
     assert_holds(&tree, &one);
@@ -184,8 +185,8 @@ fn many_identical_boxes_are_each_found_once() {
     let count = 200_000;
     let twin = |i: u32| -> SceneObject { object(format!("{i:06}"), DVec3::ZERO, DVec3::ONE) };
     let scene = Scene {
-        crs: None,
         objects: (0..count).map(twin).collect(),
+        ..Scene::default()
     };
     let tree = index::build(&scene, Promotion::Largest).unwrap();
     assert_eq!(tree.validate(), []);

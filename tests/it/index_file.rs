@@ -51,6 +51,7 @@ fn small() -> Scene {
     Scene {
         crs: Some("EPSG:6677".into()),
         objects: objects.collect(),
+        ..Scene::default()
     }
 }
 
@@ -93,8 +94,8 @@ fn same_objects_in_any_order_give_the_same_bytes() {
         for _ in 0..8 {
             shuffle(&mut objects, &mut rng);
             let mut scene = Scene {
-                crs: None,
                 objects: objects.clone(),
+                ..Scene::default()
             };
             assert_eq!(scene.canonicalize().len(), 400 - 130);
             let bytes = saved(&scene, promotion);

@@ -11,7 +11,10 @@ const DEPTH: DepthRange = DepthRange {
 };
 
 fn found(objects: Vec<SceneObject>, view: &View) -> Vec<String> {
-    let mut scene = Scene { crs: None, objects };
+    let mut scene = Scene {
+        objects,
+        ..Scene::default()
+    };
     scene.canonicalize();
     let tree = index::build(&scene, Promotion::Tallest).unwrap();
     let mut selection = Selection::default();

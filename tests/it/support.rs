@@ -83,7 +83,10 @@ pub fn scene(rng: &mut Pcg64Mcg) -> Scene {
             object(format!("{:03}", (i * 7919) % 1000), min, size)
         })
         .collect();
-    let mut scene = Scene { crs: None, objects };
+    let mut scene = Scene {
+        objects,
+        ..Scene::default()
+    };
     scene.canonicalize();
     scene
 }

@@ -101,7 +101,10 @@ pub fn generate(params: &CityParams) -> Scene {
             }
         }));
     }
-    Scene { crs: None, objects }
+    Scene {
+        objects,
+        ..Scene::default()
+    }
 }
 
 /// The `params.objects` objects nearest to the origin, ties to the one made first.

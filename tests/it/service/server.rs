@@ -238,5 +238,13 @@ fn odd() -> LodTree {
 
 fn tree(objects: Vec<SceneObject>) -> LodTree {
     let crs = Some("EPSG:6677".into());
-    index::build(&Scene { crs, objects }, Promotion::Footprint).unwrap()
+    index::build(
+        &Scene {
+            crs,
+            objects,
+            ..Scene::default()
+        },
+        Promotion::Footprint,
+    )
+    .unwrap()
 }
