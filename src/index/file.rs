@@ -28,7 +28,7 @@ use bytemuck::{Pod, Zeroable};
 /// First bytes: not text, and damaged by anything that changes line ends.
 pub(super) const MAGIC: [u8; 8] = *b"\x89CLOD\r\n\x1a";
 /// Raised with every change that older programs would misread.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 pub(super) const ALIGNMENT: usize = 64;
 /// Levels that a file may have; a tree of 2³² objects with two children a node has 32.
 pub(super) const MOST_LEVELS: u32 = 64;
@@ -37,6 +37,8 @@ const PADDING: u64 = 8;
 
 /// Eight boxes: lanes of min x, y, z, max x, y, z. What is looked at together lies together.
 pub(super) type Block = [[f32; 8]; 6];
+/// Radii of eight boxes or of what they hold, m.
+pub(super) type Radii = [f32; 8];
 
 /// What a file holds, in the order it lies there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,12 +63,18 @@ pub(super) enum Section {
     /// block, the last one filled up with zeros. Lanes min x, y, z, max x, y, z, relative to the
     /// origin, rounded outward.
     ChildBlocks,
+    /// f32 × 8 for each of `ChildBlocks`: largest radius of an object stored with the child or
+    /// below it, m, rounded up; 0 where there is none. What a node holds, less what an ancestor
+    /// stores.
+    ChildRadii,
     /// f64 × 6 × m: exact boxes of nodes.
     NodeBoxes,
     /// u32 × (m + 1): first block of each node in `OwnBlocks`, then their number.
     OwnBlockStarts,
     /// As `ChildBlocks`, of each node's own objects.
     OwnBlocks,
+    /// f32 × 8 for each of `OwnBlocks`: radius of each object, m, rounded up.
+    OwnRadii,
     /// f64 × 6 × n: exact boxes of objects.
     ObjectBoxes,
     /// u64 × (n + 1): first byte of each id in `Ids`, then its length.
@@ -88,7 +96,7 @@ pub(super) enum Section {
 }
 
 impl Section {
-    pub(super) const ALL: [Self; 20] = [
+    pub(super) const ALL: [Self; 22] = [
         Self::Meta,
         Self::Levels,
         Self::Children,
@@ -97,9 +105,11 @@ impl Section {
         Self::HiddenRadii,
         Self::ChildBlockStarts,
         Self::ChildBlocks,
+        Self::ChildRadii,
         Self::NodeBoxes,
         Self::OwnBlockStarts,
         Self::OwnBlocks,
+        Self::OwnRadii,
         Self::ObjectBoxes,
         Self::IdStarts,
         Self::Ids,
@@ -121,9 +131,11 @@ impl Section {
             Self::HiddenRadii => b"hidden  ",
             Self::ChildBlockStarts => b"chldblks",
             Self::ChildBlocks => b"chldblk ",
+            Self::ChildRadii => b"chldrad ",
             Self::NodeBoxes => b"nodebox ",
             Self::OwnBlockStarts => b"ownblks ",
             Self::OwnBlocks => b"ownblk  ",
+            Self::OwnRadii => b"ownrad  ",
             Self::ObjectBoxes => b"objbox  ",
             Self::IdStarts => b"idstart ",
             Self::Ids => b"ids     ",
@@ -148,7 +160,9 @@ impl Section {
         Some(match self {
             Self::Meta
             | Self::ChildBlocks
+            | Self::ChildRadii
             | Self::OwnBlocks
+            | Self::OwnRadii
             | Self::Ids
             | Self::Attributes
             | Self::AttributeStarts => return None,

@@ -60,25 +60,39 @@ impl Plan {
         plan
     }
 
-    /// Largest radius below each node that is not its own, rounded up; 0 where there is nothing.
-    pub(super) fn hidden_radii(&self, arranged: &[&SceneObject]) -> Vec<f32> {
-        let nodes = self.own.len() - 1;
-        let mut hidden = vec![0.0_f32; nodes];
-        let radii: Vec<f32> = arranged
+    /// The radii a traversal reads.
+    pub(super) fn radii(&self, arranged: &[&SceneObject]) -> Radii {
+        let own: Vec<f32> = arranged
             .par_iter()
             .map(|o| stored_radius(o.bounds.radius()))
             .collect();
+        let mut held: Vec<f32> = self
+            .own
+            .windows(2)
+            .map(|node| largest(&own[node[0] as usize..node[1] as usize]))
+            .collect();
+        let mut hidden = vec![0.0; held.len()];
         for node in (0..self.children.len() - 1).rev() {
             let children = self.children[node] as usize..self.children[node + 1] as usize;
-            hidden[node] = children
-                .map(|child| {
-                    let own = self.own[child] as usize..self.own[child + 1] as usize;
-                    radii[own].iter().copied().fold(hidden[child], f32::max)
-                })
-                .fold(0.0, f32::max);
+            hidden[node] = largest(&held[children]);
+            held[node] = hidden[node].max(held[node]);
         }
-        hidden
+        Radii { own, held, hidden }
     }
+}
+
+/// Radii rounded up, m; 0 where there is nothing.
+pub(super) struct Radii {
+    /// Of each object.
+    pub(super) own: Vec<f32>,
+    /// Largest of each node's own objects and of those below it.
+    pub(super) held: Vec<f32>,
+    /// Largest below each node that is not its own.
+    pub(super) hidden: Vec<f32>,
+}
+
+fn largest(radii: &[f32]) -> f32 {
+    radii.iter().copied().fold(0.0, f32::max)
 }
 
 /// The level each object is stored at: one above the highest node it stands for, the root at most.

@@ -63,7 +63,7 @@ fn shuffle<T>(items: &mut [T], rng: &mut Pcg64Mcg) {
 /// Names, offsets and lengths as the section table states them.
 fn sections(bytes: &[u8]) -> Vec<(String, usize, usize)> {
     let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
-    let entries = (128..768).step_by(32);
+    let entries = (128..832).step_by(32);
     entries
         .map(|at| {
             let tag = String::from_utf8(bytes[at..at + 8].to_vec()).unwrap();
@@ -313,7 +313,7 @@ fn garbage_in_an_unverified_file_can_be_read() {
             }
         }
         for _ in 0..rng.random_range(0..9) {
-            let at = rng.random_range(768..bytes.len());
+            let at = rng.random_range(832..bytes.len());
             bytes[at] = rng.random();
         }
         std::fs::write(&path, &bytes).unwrap();
