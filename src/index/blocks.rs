@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::file::Block;
+use super::file::{Block, Radii};
 use super::outward::outward;
 use crate::geom::DVec3;
 
@@ -27,9 +27,20 @@ impl<'a> Blocks<'a> {
         Self { groups, starts }
     }
 
-    /// Bytes of all blocks, those before the first included.
-    pub(super) fn length(&self) -> usize {
-        self.starts.last().map_or(0, |&end| end as usize) * size_of::<Block>()
+    /// Number of all blocks, those before the first included.
+    pub(super) fn count(&self) -> usize {
+        self.starts.last().map_or(0, |&end| end as usize)
+    }
+
+    /// Fills one number a box in the order of the blocks.
+    pub(super) fn fill_radii(&self, radii: &[f32], blocks: &mut [Radii]) {
+        let groups = self
+            .groups
+            .windows(2)
+            .flat_map(|group| radii[group[0] as usize..group[1] as usize].chunks(8));
+        for (radii, block) in groups.zip(blocks) {
+            block[..radii.len()].copy_from_slice(radii);
+        }
     }
 
     /// Fills the blocks of all groups.

@@ -37,6 +37,8 @@ const PADDING: u64 = 8;
 
 /// Eight boxes: lanes of min x, y, z, max x, y, z. What is looked at together lies together.
 pub(super) type Block = [[f32; 8]; 6];
+/// Radii of eight boxes or of what they hold, m.
+pub(super) type Radii = [f32; 8];
 
 /// What a file holds, in the order it lies there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,12 +67,18 @@ pub(super) enum Section {
     /// block, the last one filled up with zeros. Lanes min x, y, z, max x, y, z, relative to the
     /// origin, rounded outward.
     ChildBlocks,
+    /// f32 × 8 for each of `ChildBlocks`: largest radius of an object stored with the child or
+    /// below it, m, rounded up; 0 where there is none. What a node holds, less what an ancestor
+    /// stores.
+    ChildRadii,
     /// f64 × 6 × m: exact boxes of nodes.
     NodeBoxes,
     /// u32 × (m + 1): first block of each node in `OwnBlocks`, then their number.
     OwnBlockStarts,
     /// As `ChildBlocks`, of each node's own objects.
     OwnBlocks,
+    /// f32 × 8 for each of `OwnBlocks`: radius of each object, m, rounded up.
+    OwnRadii,
     /// f64 × 6 × n: exact boxes of objects.
     ObjectBoxes,
     /// u64 × (n + 1): first byte of each id in `Ids`, then its length.
@@ -92,7 +100,7 @@ pub(super) enum Section {
 }
 
 impl Section {
-    pub(super) const ALL: [Self; 21] = [
+    pub(super) const ALL: [Self; 23] = [
         Self::Meta,
         Self::Levels,
         Self::Children,
@@ -102,9 +110,11 @@ impl Section {
         Self::CutRadii,
         Self::ChildBlockStarts,
         Self::ChildBlocks,
+        Self::ChildRadii,
         Self::NodeBoxes,
         Self::OwnBlockStarts,
         Self::OwnBlocks,
+        Self::OwnRadii,
         Self::ObjectBoxes,
         Self::IdStarts,
         Self::Ids,
@@ -127,9 +137,11 @@ impl Section {
             Self::CutRadii => b"cutradii",
             Self::ChildBlockStarts => b"chldblks",
             Self::ChildBlocks => b"chldblk ",
+            Self::ChildRadii => b"chldrad ",
             Self::NodeBoxes => b"nodebox ",
             Self::OwnBlockStarts => b"ownblks ",
             Self::OwnBlocks => b"ownblk  ",
+            Self::OwnRadii => b"ownrad  ",
             Self::ObjectBoxes => b"objbox  ",
             Self::IdStarts => b"idstart ",
             Self::Ids => b"ids     ",
@@ -154,7 +166,9 @@ impl Section {
         Some(match self {
             Self::Meta
             | Self::ChildBlocks
+            | Self::ChildRadii
             | Self::OwnBlocks
+            | Self::OwnRadii
             | Self::Ids
             | Self::Attributes
             | Self::AttributeStarts => return None,

@@ -7,7 +7,7 @@ use memmap2::Mmap;
 use rayon::prelude::*;
 
 use super::file::{
-    ALIGNMENT, Block, Counts, Damage, HEAD, Header, MAGIC, MOST_LEVELS, Section, TableEntry,
+    ALIGNMENT, Block, Counts, Damage, HEAD, Header, MAGIC, MOST_LEVELS, Radii, Section, TableEntry,
     VERSION,
 };
 
@@ -152,6 +152,9 @@ fn parse(bytes: &[u8]) -> Result<Parsed, Refusal> {
             }
             (Section::ChildBlocks | Section::OwnBlocks, None) => {
                 entry.length.is_multiple_of(size_of::<Block>() as u64)
+            }
+            (Section::ChildRadii | Section::OwnRadii, None) => {
+                entry.length.is_multiple_of(size_of::<Radii>() as u64)
             }
             (_, None) => true,
         };

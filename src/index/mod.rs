@@ -18,6 +18,7 @@ mod outward;
 mod pack;
 mod plan;
 mod promotion;
+mod radii;
 mod replace;
 mod texts;
 mod tree;

@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 
 use super::blocks::{self, Blocks};
-use super::file::{Block, Counts, Header, MAGIC, Section, VERSION};
+use super::file::{Block, Counts, Header, MAGIC, Radii, Section, VERSION};
 use super::hierarchy::{Canonical, Hierarchy};
 use super::image::Draft;
 use super::meta::Meta;
 use super::plan::Plan;
 use super::texts::{self, Attributes, Id};
-use super::{LodTree, Promotion};
+use super::{LodTree, Promotion, radii};
 use crate::geom::DVec3;
 use crate::scene::SceneObject;
 
@@ -69,8 +69,10 @@ impl Packer<'_> {
         let meta = self.meta.to_json();
         let mut draft = Draft::new(&counts, |section| match section {
             Section::Meta => meta.len(),
-            Section::ChildBlocks => self.child_blocks.length(),
-            Section::OwnBlocks => self.own_blocks.length(),
+            Section::ChildBlocks => self.child_blocks.count() * size_of::<Block>(),
+            Section::ChildRadii => self.child_blocks.count() * size_of::<Radii>(),
+            Section::OwnBlocks => self.own_blocks.count() * size_of::<Block>(),
+            Section::OwnRadii => self.own_blocks.count() * size_of::<Radii>(),
             Section::Ids => end(&self.ids),
             Section::Attributes => end(&self.attributes),
             Section::AttributeStarts if end(&self.attributes) > 0 => self.attributes.len() * 8,
@@ -79,6 +81,7 @@ impl Packer<'_> {
         draft.fill(Section::Meta).copy_from_slice(&meta);
         self.fill_nodes(&mut draft);
         self.fill_boxes(&mut draft);
+        self.fill_radii(&mut draft);
         self.fill_objects(&mut draft);
         let (min, max) = self.bounds;
         draft.finish(Header {
@@ -121,15 +124,6 @@ impl Packer<'_> {
             *place = node.best().map_or(0, |best| place_of[best.key as usize]);
         }
         draft.fill(Section::IdOrder).copy_from_slice(&place_of);
-        let mut hidden = plan.hidden_radii(self.objects);
-        if let Some(all) = hidden.pop() {
-            draft.fill::<f32>(Section::HiddenRadii)[..all.len()].copy_from_slice(&all);
-        }
-        let inner_nodes = plan.children.len() - 1;
-        let cuts = draft.fill(Section::CutRadii);
-        for (plane, radii) in cuts.chunks_exact_mut(inner_nodes.max(1)).zip(&hidden) {
-            plane.copy_from_slice(&radii[..inner_nodes]);
-        }
     }
 
     fn fill_boxes(&self, draft: &mut Draft) {
@@ -161,6 +155,24 @@ impl Packer<'_> {
         draft
             .fill(Section::OwnBlockStarts)
             .copy_from_slice(&self.own_blocks.starts);
+    }
+
+    fn fill_radii(&self, draft: &mut Draft) {
+        let radii = radii::Radii::new(self.plan, self.objects);
+        draft.fill(Section::HiddenRadii)[..radii.hidden.len()].copy_from_slice(&radii.hidden);
+        let inner_nodes = self.plan.children.len() - 1;
+        let cuts = draft.fill(Section::CutRadii);
+        for (plane, cut) in cuts.chunks_exact_mut(inner_nodes.max(1)).zip(&radii.cuts) {
+            plane.copy_from_slice(cut);
+        }
+        let blocks: &mut [Radii] = draft.fill(Section::ChildRadii);
+        let (root, below) = blocks.split_at_mut(radii.held.len().min(1));
+        if let (Some(block), Some(&held)) = (root.first_mut(), radii.held.first()) {
+            block[0] = held;
+        }
+        self.child_blocks.fill_radii(&radii.held, below);
+        self.own_blocks
+            .fill_radii(&radii.own, draft.fill(Section::OwnRadii));
     }
 
     fn fill_objects(&self, draft: &mut Draft) {

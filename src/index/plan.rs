@@ -1,9 +1,6 @@
 //! Which object is stored where: level order, each object once.
 
-use rayon::prelude::*;
-
 use super::hierarchy::{Canonical, Hierarchy};
-use super::outward::stored_radius;
 use crate::scene::SceneObject;
 
 /// Which object is stored where.
@@ -58,41 +55,6 @@ impl Plan {
         plan.levels.extend(first_nodes);
         plan.levels.extend(first_objects);
         plan
-    }
-
-    /// For each level `cut` above the leaves, the largest radius below each node that is stored
-    /// at a lower level and is not the node's own, rounded up; 0 where there is nothing. The last,
-    /// for the root's level, is that of everything below the node.
-    pub(super) fn hidden_radii(&self, arranged: &[&SceneObject]) -> Vec<Vec<f32>> {
-        let radii: Vec<f32> = arranged
-            .par_iter()
-            .map(|o| stored_radius(o.bounds.radius()))
-            .collect();
-        let root = (self.levels.len() / 2).saturating_sub(2).max(1);
-        (1..=root)
-            .into_par_iter()
-            .map(|cut| self.hidden_below(cut, &radii))
-            .collect()
-    }
-
-    fn hidden_below(&self, cut: usize, radii: &[f32]) -> Vec<f32> {
-        let mut hidden = vec![0.0_f32; self.own.len() - 1];
-        // Nodes from here on lie below the cut, and so do their own objects.
-        let levels = self.levels.len() / 2;
-        let below = levels
-            .checked_sub(1 + cut)
-            .map_or(0, |level| self.levels[level] as usize);
-        for node in (0..self.children.len() - 1).rev() {
-            let children = self.children[node] as usize..self.children[node + 1] as usize;
-            hidden[node] = children
-                .map(|child| {
-                    let own = self.own[child] as usize..self.own[child + 1] as usize;
-                    let own = if child < below { &[] } else { &radii[own] };
-                    own.iter().copied().fold(hidden[child], f32::max)
-                })
-                .fold(0.0, f32::max);
-        }
-        hidden
     }
 }
 

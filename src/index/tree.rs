@@ -53,10 +53,15 @@ pub struct Arrays<'a> {
     /// Boxes of the root, then of the children of each inner node, eight to a block: lanes of min
     /// x, y, z, max x, y, z relative to [`LodTree::origin`], rounded outward.
     pub child_blocks: &'a [[[f32; 8]; 6]],
+    /// For each of these blocks, the largest radius of an object stored with each child or below
+    /// it, m, rounded up.
+    pub child_radii: &'a [[f32; 8]],
     /// First block of each inner node's children, then the number of blocks.
     pub child_block_starts: &'a [u32],
     /// The same for each node's own objects.
     pub own_blocks: &'a [[[f32; 8]; 6]],
+    /// For each of these blocks, the radius of each object, m, rounded up.
+    pub own_radii: &'a [[f32; 8]],
     /// First block of each node's own objects, then the number of blocks.
     pub own_block_starts: &'a [u32],
     /// Exact boxes of nodes: min x, y, z, max x, y, z in scene coordinates.
@@ -240,8 +245,10 @@ impl LodTree {
             hidden_radii: self.image.slice(Section::HiddenRadii),
             cut_radii: self.image.slice(Section::CutRadii),
             child_blocks: self.image.slice(Section::ChildBlocks),
+            child_radii: self.image.slice(Section::ChildRadii),
             child_block_starts: self.image.slice(Section::ChildBlockStarts),
             own_blocks: self.image.slice(Section::OwnBlocks),
+            own_radii: self.image.slice(Section::OwnRadii),
             own_block_starts: self.image.slice(Section::OwnBlockStarts),
             node_boxes: self.image.slice(Section::NodeBoxes),
             object_boxes: self.image.slice(Section::ObjectBoxes),

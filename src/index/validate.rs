@@ -46,6 +46,7 @@ pub fn validate(tree: &LodTree) -> Vec<Violation> {
     if check.violations.is_empty() {
         check.boxes();
         check.blocks();
+        check.radii();
         check.ids();
         check.representatives();
     }
@@ -240,6 +241,55 @@ impl Check<'_> {
                 });
             }
         }
+    }
+
+    /// Radii follow from the boxes they lie beside, in the same blocks.
+    fn radii(&mut self) {
+        let a = self.tree.arrays();
+        let root = self.tree.node_count().min(1);
+        let radius = |o: u32| self.tree.bounds_of(o).map(|b| stored_radius(b.radius()));
+        let own = |o: u32| radius(o).unwrap_or(f32::NAN);
+        let held = |node: u32| {
+            let own = a.own[node as usize]..a.own[node as usize + 1];
+            own.filter_map(radius)
+                .fold(a.hidden_radii[node as usize], f32::max)
+        };
+        let stated = |radii: &[[f32; 8]], block: u32, at: u32| {
+            let block = radii.get(block as usize + at as usize / 8)?;
+            Some(block[at as usize % 8])
+        };
+        let mut wrong = Vec::new();
+        if root == 1 && stated(a.child_radii, 0, 0) != Some(held(0)) {
+            wrong.push("node 0".to_owned());
+        }
+        for (group, &block) in a.children.windows(2).zip(a.child_block_starts) {
+            let nodes = (group[0]..group[1]).zip(0..);
+            let differs =
+                |&(node, at): &(u32, u32)| stated(a.child_radii, block, at) != Some(held(node));
+            wrong.extend(
+                nodes
+                    .filter(differs)
+                    .map(|(node, _)| format!("node {node}")),
+            );
+        }
+        for (group, &block) in a.own.windows(2).zip(a.own_block_starts) {
+            let objects = (group[0]..group[1]).zip(0..);
+            let differs =
+                |&(object, at): &(u32, u32)| stated(a.own_radii, block, at) != Some(own(object));
+            wrong.extend(objects.filter(differs).map(|(o, _)| format!("object {o}")));
+        }
+        for place in wrong {
+            self.require(
+                false,
+                "radius beside a box is the largest it stands for",
+                || place,
+            );
+        }
+        self.require(
+            a.child_radii.len() == a.child_blocks.len() && a.own_radii.len() == a.own_blocks.len(),
+            "radii lie beside every block of boxes",
+            || "radii".to_owned(),
+        );
     }
 
     /// Each id once, in order, and found under its object.

@@ -5,13 +5,20 @@
 //!
 //! Knows nothing of the controller, of files or of HTTP.
 
+mod budget;
+mod error;
 mod gather;
 mod lanes;
 mod level;
+mod mode;
 mod range;
 mod retrieve;
 mod selection;
+mod sweep;
 
+pub use budget::BudgetLod;
+pub use error::ErrorLod;
+pub use mode::{Lod, select};
 pub use range::{Beyond, LodError, RangeLod};
 pub use retrieve::retrieve;
 pub use selection::{Selection, Stats};

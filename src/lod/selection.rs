@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::lanes;
 use super::level::Level;
+use super::sweep::Sizes;
 use crate::geom::{Lanes, PixelScale};
 
 /// The objects to draw, as ranges of object numbers, and what finding them took.
@@ -14,8 +15,12 @@ pub struct Selection {
     /// Ranges in the making, one list per level, finest first; each list ascends.
     levels: Vec<Vec<Range<u32>>>,
     ranges: Vec<Range<u32>>,
+    /// Memory of the last merge.
+    merged: Vec<Range<u32>>,
     /// What the walk keeps of each level, finest first.
     pub(super) walk: Vec<Level>,
+    /// What a walk by size keeps.
+    pub(super) sizes: Sizes,
     bound: f64,
     stats: Stats,
 }
@@ -96,15 +101,8 @@ impl Selection {
     /// The same for objects in `set`, counted from `first`.
     #[inline]
     pub(super) fn add_runs(&mut self, level: u32, first: u32, set: Lanes) {
-        let Some(list) = self.levels.get_mut(level as usize) else {
-            return;
-        };
-        let mut rest = set;
-        while rest != 0 {
-            let lane = rest.trailing_zeros();
-            let run = lanes::run_length(rest, lane);
-            append(list, first + lane..first + lane + run);
-            rest = lanes::after_run(rest, lane, run);
+        if let Some(list) = self.levels.get_mut(level as usize) {
+            append_runs(list, first, set);
         }
     }
 
@@ -125,6 +123,54 @@ impl Selection {
         let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = pixels;
         self.bound = 2.0 * f64::from(largest_omitted) * scale;
         self.stats = stats;
+    }
+
+    /// Adds objects in `set`, counted from `first`, behind all others.
+    #[inline]
+    pub(super) fn push_runs(&mut self, first: u32, set: Lanes) {
+        append_runs(&mut self.ranges, first, set);
+    }
+
+    /// Adds single objects, ascending, between the others.
+    pub(super) fn merge(&mut self, objects: impl Iterator<Item = u32>) {
+        let others = std::mem::take(&mut self.merged);
+        let others = std::mem::replace(&mut self.ranges, others);
+        self.ranges.clear();
+        let mut rest = others.iter().cloned().peekable();
+        for object in objects {
+            while let Some(range) = rest.next_if(|range| range.start < object) {
+                append(&mut self.ranges, range);
+            }
+            append(&mut self.ranges, object..object + 1);
+        }
+        rest.for_each(|range| append(&mut self.ranges, range));
+        self.merged = others;
+    }
+
+    /// Forgets the objects added so far, not what it took to find them.
+    pub(super) fn forget_ranges(&mut self) {
+        self.ranges.clear();
+    }
+
+    /// States what it took.
+    pub(super) fn set_stats(&mut self, stats: Stats) {
+        self.stats = stats;
+    }
+
+    /// States the bound, pixels.
+    pub(super) fn conclude(&mut self, error_px: f64) {
+        self.bound = error_px;
+    }
+}
+
+#[inline]
+fn append_runs(list: &mut Vec<Range<u32>>, first: u32, set: Lanes) {
+    let mut rest = set;
+    while rest != 0 {
+        let lane = rest.trailing_zeros();
+        let run = lanes::run_length(rest, lane);
+        append(list, first + lane..first + lane + run);
+        rest = lanes::after_run(rest, lane, run);
     }
 }
 

@@ -315,7 +315,7 @@ fn garbage_in_an_unverified_file_can_be_read() {
             }
         }
         for _ in 0..rng.random_range(0..9) {
-            let at = rng.random_range(768..bytes.len());
+            let at = rng.random_range(832..bytes.len());
             bytes[at] = rng.random();
         }
         std::fs::write(&path, &bytes).unwrap();

@@ -31,6 +31,8 @@ mod import_obj;
 mod index_content;
 /// `.citylod` files: the same bytes every time, whole or not at all, and safe when damaged.
 mod index_file;
+/// Error mode and budget mode against brute force, and the bound in every mode.
+mod modes;
 /// Views and boxes at the edge of what f32 and f64 can tell.
 mod numerics;
 /// The paper's seven steps, transcribed set by set.

@@ -13,14 +13,14 @@ use crate::support::{self, Camera};
 const MARGIN: f64 = 1e-12;
 
 #[derive(Debug, Clone, Copy)]
-enum Made {
+pub enum Made {
     Bulk,
     RstarBulk,
     Inserted,
     Removed,
 }
 
-fn tree(scene: &Scene, made: Made, promotion: Promotion, rng: &mut Pcg64Mcg) -> LodTree {
+pub fn tree(scene: &Scene, made: Made, promotion: Promotion, rng: &mut Pcg64Mcg) -> LodTree {
     let edited = match made {
         Made::Bulk => return index::build(scene, promotion).unwrap(),
         Made::RstarBulk => CityTree::bulk_load(scene.clone(), promotion).unwrap(),
@@ -44,7 +44,7 @@ fn tree(scene: &Scene, made: Made, promotion: Promotion, rng: &mut Pcg64Mcg) -> 
     edited.pack().unwrap()
 }
 
-fn lod(rng: &mut Pcg64Mcg, reach: f64) -> RangeLod {
+pub fn lod(rng: &mut Pcg64Mcg, reach: f64) -> RangeLod {
     let far_dist = match rng.random_range(0..8) {
         0 => 0.0,
         1 => f64::INFINITY,

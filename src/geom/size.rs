@@ -1,0 +1,113 @@
+//! How large a box appears, and eight at a time whether it is large enough.
+//!
+//! # Error bound
+//! The size is at least p where the distance d is at most k·r, with k twice the pixel scale
+//! divided by p. Of eight boxes there are the radius ρ in f32, r ≤ ρ ≤ r·(1 + 2u) + m with u =
+//! 2⁻²⁴ and m the smallest radius stored, and the squared distance q, for which |√q − d| ≤ e + δ·d
+//! ([`Filter`]). So √q < (k·r − e)·(1 − δ) proves that the size is at least p, and √q >
+//! (k·r + e)·(1 + δ) that it is less.
+//!
+//! Both sides are a multiple of ρ and a constant. Their product, sum and square round 3 times, the
+//! factor once; with 2 u of ρ that is less than 8 u = δ, so factors are off by 2δ instead of δ.
+//! The definition itself rounds in f64, which is nothing beside that. A constant keeps squares
+//! out of the reach of underflow.
+
+use wide::f32x8;
+
+use super::filter::{DISTANCE_SLACK, negative};
+use super::{Aabb, EightDistances, Filter, Lanes, PixelScale, View};
+
+impl View {
+    /// Projected size of a box, pixels: the diagonal at the distance of the nearest point;
+    /// infinite where a perspective's eye is inside. In a parallel view no distance matters.
+    ///
+    /// This is *the* size: which objects are large enough, and which are larger than others, is
+    /// decided by comparing these numbers.
+    ///
+    /// Law: never less for a larger radius or a smaller distance, in floating point too: each
+    /// operation is monotone. Where both overflow it is infinite.
+    pub fn size_px(&self, b: &Aabb) -> f64 {
+        let diagonal = 2.0 * b.radius();
+        match self.pixels() {
+            PixelScale::PerMetre(scale) => diagonal * scale,
+            PixelScale::PerRadian(scale) => {
+                let distance = b.distance(self.eye());
+                let size = diagonal * scale / distance;
+                if distance == 0.0 || size.is_nan() {
+                    f64::INFINITY
+                } else {
+                    size
+                }
+            }
+        }
+    }
+}
+
+/// A size that boxes are compared with, in both certain forms.
+#[derive(Debug, Clone, Copy)]
+pub struct SizeThreshold {
+    /// The size itself, pixels; may be infinite.
+    pub px: f64,
+    perspective: bool,
+    /// A radius times this less that reaches no farther than the box may be away.
+    certain: [f32x8; 2],
+    /// A radius times this and that reaches as far as the box may be away.
+    possible: [f32x8; 2],
+}
+
+/// Squares of this are f32 numbers like any other.
+const TINY: f64 = 1e-18;
+/// Larger factors would turn tiny radii into infinite ones.
+const LARGEST_FACTOR: f64 = 1e30;
+
+impl SizeThreshold {
+    /// A size to compare with, pixels, 0 or more.
+    pub fn new(filter: &Filter, pixels: PixelScale, px: f64) -> Self {
+        const LESS: f64 = 1.0 - 2.0 * DISTANCE_SLACK;
+        const MORE: f64 = 1.0 + 2.0 * DISTANCE_SLACK;
+        let (perspective, scale, distance_error) = match pixels {
+            PixelScale::PerRadian(scale) => (true, scale, filter.distance_error),
+            // As if everything were 1 away.
+            PixelScale::PerMetre(scale) => (false, scale, 0.0),
+        };
+        let factor = 2.0 * scale / px;
+        let less = factor.min(LARGEST_FACTOR);
+        let error = distance_error * MORE + TINY;
+        let unsure = error + less * 2.0 * f64::from(f32::MIN_POSITIVE);
+        Self {
+            px,
+            perspective,
+            certain: [
+                ((less * LESS) as f32).next_down(),
+                (unsure as f32).next_up(),
+            ]
+            .map(f32x8::splat),
+            possible: [((factor * MORE) as f32).next_up(), (error as f32).next_up()]
+                .map(f32x8::splat),
+        }
+    }
+
+    /// Boxes certainly of this size or larger. `radii` are as they are stored.
+    #[inline]
+    pub fn reached(&self, radii: f32x8, distances: &EightDistances) -> Lanes {
+        let reach = radii * self.certain[0] - self.certain[1];
+        // Negative where nothing is certain.
+        negative(self.squared(distances).simd_lt(reach * reach.abs()))
+    }
+
+    /// Boxes certainly smaller; `radii` are at least theirs.
+    #[inline]
+    pub fn missed(&self, radii: f32x8, distances: &EightDistances) -> Lanes {
+        let reach = radii * self.possible[0] + self.possible[1];
+        negative(self.squared(distances).simd_gt(reach * reach))
+    }
+
+    #[inline]
+    fn squared(&self, distances: &EightDistances) -> f32x8 {
+        if self.perspective {
+            distances.squared
+        } else {
+            f32x8::ONE
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! How large what lies below a node is: what bounds the size of anything left out.
+
+use rayon::prelude::*;
+
+use super::outward::stored_radius;
+use super::plan::Plan;
+use crate::scene::SceneObject;
+
+/// Radii rounded up, m; 0 where there is nothing.
+pub(super) struct Radii {
+    /// Of each object.
+    pub(super) own: Vec<f32>,
+    /// Largest of each node's own objects and of those below it.
+    pub(super) held: Vec<f32>,
+    /// Largest below each node that is not its own.
+    pub(super) hidden: Vec<f32>,
+    /// The same of what is stored below a level, for each inner node: level 1 first, up to the
+    /// last below the root's.
+    pub(super) cuts: Vec<Vec<f32>>,
+}
+
+impl Radii {
+    /// Those of `objects`, which are in file order.
+    pub(super) fn new(plan: &Plan, objects: &[&SceneObject]) -> Self {
+        let own: Vec<f32> = objects
+            .par_iter()
+            .map(|o| stored_radius(o.bounds.radius()))
+            .collect();
+        let nodes = plan.own.len() - 1;
+        let (hidden, held) = below(plan, &own, 0..nodes);
+        // The section has one number more than there are levels.
+        let levels = plan.levels.len() / 2 - 1;
+        let cuts = (1..levels.saturating_sub(1)).into_par_iter().map(|cut| {
+            let first = plan.levels[levels - cut] as usize;
+            let (mut hidden, _) = below(plan, &own, first..nodes);
+            hidden.truncate(plan.children.len() - 1);
+            hidden
+        });
+        Self {
+            cuts: cuts.collect(),
+            own,
+            held,
+            hidden,
+        }
+    }
+}
+
+/// For each node, the largest radius below it that is not its own, and the largest with its own:
+/// of objects stored with the nodes `counted`.
+fn below(plan: &Plan, radii: &[f32], counted: std::ops::Range<usize>) -> (Vec<f32>, Vec<f32>) {
+    let nodes = plan.own.len() - 1;
+    let mut held = vec![0.0; nodes];
+    for node in counted {
+        held[node] = largest(&radii[plan.own[node] as usize..plan.own[node + 1] as usize]);
+    }
+    let mut hidden = vec![0.0; nodes];
+    for node in (0..plan.children.len() - 1).rev() {
+        let children = plan.children[node] as usize..plan.children[node + 1] as usize;
+        hidden[node] = largest(&held[children]);
+        held[node] = hidden[node].max(held[node]);
+    }
+    (hidden, held)
+}
+
+fn largest(radii: &[f32]) -> f32 {
+    radii.iter().copied().fold(0.0, f32::max)
+}

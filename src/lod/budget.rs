@@ -1,0 +1,99 @@
+//! Budget mode: so many objects, the largest on the screen.
+
+use std::cmp::Ordering;
+
+use super::Selection;
+use super::sweep::{Sized, Wanted, sweep};
+use crate::geom::{Filter, View};
+use crate::index::LodTree;
+
+/// The knob of budget mode: exactly this many objects of the frustum are drawn, those of the
+/// largest projected size ([`View::size_px`]), of equals those with the lower number; all of
+/// them where there are fewer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BudgetLod {
+    max_objects: u32,
+}
+
+impl BudgetLod {
+    /// Any number will do; 0 draws nothing.
+    pub fn new(max_objects: u32) -> Self {
+        Self { max_objects }
+    }
+
+    /// How many objects are drawn at most.
+    pub fn max_objects(&self) -> u32 {
+        self.max_objects
+    }
+}
+
+pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mut Selection) {
+    selection.clear(tree.level_count());
+    if tree.object_count() == 0 {
+        return;
+    }
+    let filter = Filter::new(view.frustum(), tree.origin(), &tree.bounds());
+    let budget = lod.max_objects as usize;
+    let mut wanted = Wanted {
+        sure: f64::INFINITY,
+        least: 0.0,
+    };
+    let mut width = NARROW;
+    loop {
+        let omitted = sweep(tree, view, &filter, wanted, selection);
+        let sure = selection.count() as usize;
+        let Some(missing) = budget.checked_sub(sure) else {
+            wanted = Wanted {
+                sure: (wanted.sure * width).max(f64::MIN_POSITIVE),
+                least: wanted.sure,
+            };
+            width *= width;
+            selection.forget_ranges();
+            continue;
+        };
+        if missing > selection.sizes.border.len() && wanted.least > 0.0 {
+            wanted = Wanted {
+                sure: wanted.least,
+                least: wanted.least / width,
+            };
+            width *= width;
+            selection.forget_ranges();
+            continue;
+        }
+        return fill(selection, missing, wanted.sure, omitted);
+    }
+}
+
+/// Ratio of the two sizes of the second attempt; that of each further one is squared, so that
+/// they soon come to 0 or infinity.
+const NARROW: f64 = 1.5;
+
+/// Adds the `missing` largest of the border.
+fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) {
+    let mut border = std::mem::take(&mut selection.sizes.border);
+    let mut ranked = std::mem::take(&mut selection.sizes.ranked);
+    ranked.clear();
+    let mut smallest = sure;
+    let mut omitted = omitted;
+    if missing < border.len() {
+        ranked.extend_from_slice(&border);
+        let (_, best_left, _) = ranked.select_nth_unstable_by(missing, larger);
+        let best_left = *best_left;
+        border.retain(|sized| larger(sized, &best_left).is_lt());
+        omitted = omitted.max(best_left.size);
+    }
+    smallest = border
+        .iter()
+        .map(|sized| sized.size)
+        .fold(smallest, f64::min);
+    selection.merge(border.iter().map(|sized| sized.object));
+    selection.sizes.border = border;
+    selection.sizes.ranked = ranked;
+    // Nothing left out is larger than anything drawn, whatever rounding adds to the bound.
+    selection.conclude(omitted.min(smallest));
+}
+
+/// The larger first, of equals the one with the lower number.
+fn larger(a: &Sized, b: &Sized) -> Ordering {
+    b.size.total_cmp(&a.size).then(a.object.cmp(&b.object))
+}
