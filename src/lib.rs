@@ -47,6 +47,7 @@
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
 //! | [`index`] | tree with representatives, packed; its file | geom, scene | views, HTTP |
 //! | [`lod`] | the seven-step retrieval | geom, index | files, HTTP |
+//! | [`raster`] | id-buffer of boxes and meshes; pictures | geom, scene | LOD, HTTP |
 //! | [`experiment`] | the paper's questions → records | all above | the service |
 //! | [`service`] | HTTP | all above but experiment | the command line |
 //! | [`cli`] | what was typed → one call | all | – |
@@ -67,5 +68,6 @@ pub mod geom;
 pub mod import;
 pub mod index;
 pub mod lod;
+pub mod raster;
 pub mod scene;
 pub mod service;

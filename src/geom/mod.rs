@@ -3,12 +3,14 @@
 //! Metres, z up, right-handed. Knows nothing of ids, files or levels of detail.
 
 mod aabb;
+mod clip;
 mod filter;
 mod frustum;
 mod largest;
 mod view;
 
 pub use aabb::{Aabb, AabbError};
+pub use clip::{ClipSpace, Form};
 pub use filter::{
     ALL_LANES, Eight, EightDistances, EightRelations, Filter, Lanes, PlaneSet, Threshold,
 };

@@ -1,5 +1,6 @@
 //! A camera: where it stands, what it shows, how many pixels it has.
 
+use super::clip::ClipSpace;
 use super::frustum::{Frustum, Plane};
 use super::{DMat4, DQuat, DVec3};
 
@@ -49,6 +50,7 @@ pub enum Orientation {
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     frustum: Frustum,
+    clip: ClipSpace,
     pixels: PixelScale,
 }
 
@@ -171,6 +173,7 @@ impl View {
         // 3x/sin²x where it is above 1 and by 3x/cos²x below: less than 10. The sum adds 1.
         let coefficient_error = 20.0 + 16.0 / basis.sine;
         Ok(Self {
+            clip: ClipSpace::of_planes(&planes),
             frustum: Frustum::new(eye, planes, coefficient_error),
             pixels,
         })
@@ -193,22 +196,20 @@ impl View {
             return Err(ViewError::new(FIELD, "must be 16 finite numbers"));
         }
         let [x, y, z, w] = [0, 1, 2, 3].map(|i| view_projection.row(i));
+        // Absolute matrices make the offset a difference of large numbers.
+        let half_spaces = [w + z, w - z, w + x, w - x, w + y, w - y].map(|row| Plane {
+            normal: row.truncate(),
+            offset: row.truncate().dot(eye) + row.w,
+            offset_error: 6.0 * f64::EPSILON * (row.truncate().abs().dot(eye.abs()) + row.w.abs()),
+        });
         let mut planes = Vec::with_capacity(Frustum::MAX_PLANES);
-        for row in [w + x, w - x, w + y, w - y, w + z, w - z] {
-            let normal = row.truncate();
-            let offset = normal.dot(eye) + row.w;
-            if !normal.is_finite() || !offset.is_finite() {
+        for plane in half_spaces {
+            if !plane.normal.is_finite() || !plane.offset.is_finite() {
                 return Err(ViewError::new(FIELD, "overflows: scale it down"));
             }
-            if normal != DVec3::ZERO {
-                // Absolute matrices make the offset a difference of large numbers.
-                let magnitude = normal.abs().dot(eye.abs()) + row.w.abs();
-                planes.push(Plane {
-                    normal,
-                    offset,
-                    offset_error: 6.0 * f64::EPSILON * magnitude,
-                });
-            } else if offset < 0.0 {
+            if plane.normal != DVec3::ZERO {
+                planes.push(plane);
+            } else if plane.offset < 0.0 {
                 return Err(ViewError::new(
                     FIELD,
                     "shows nothing: a clip plane is empty",
@@ -239,6 +240,7 @@ impl View {
         // One sum per coefficient.
         let coefficient_error = 2.0;
         Ok(Self {
+            clip: ClipSpace::of_planes(&half_spaces),
             frustum: Frustum::new(eye, planes, coefficient_error),
             pixels,
         })
@@ -252,6 +254,11 @@ impl View {
     /// What it shows.
     pub fn frustum(&self) -> &Frustum {
         &self.frustum
+    }
+
+    /// Where points lie in its picture.
+    pub fn clip(&self) -> &ClipSpace {
+        &self.clip
     }
 
     /// How large things appear in it.
