@@ -443,8 +443,8 @@ fn a_box_stays_within_the_bounds_of_its_projection() {
             let depth = p.dot(camera.forward);
             ahead &= depth > camera.near;
             let place = [
-                (p.dot(camera.right) / (depth * right) + 1.0) / 2.0 * f64::from(SIZE[0]),
-                (1.0 - p.dot(camera.up) / (depth * top)) / 2.0 * f64::from(SIZE[1]),
+                (0.5 + p.dot(camera.right) / (2.0 * depth * right)) * f64::from(SIZE[0]),
+                (0.5 - p.dot(camera.up) / (2.0 * depth * top)) * f64::from(SIZE[1]),
             ];
             for axis in 0..2 {
                 low[axis] = low[axis].min(place[axis]);
