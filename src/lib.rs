@@ -47,7 +47,9 @@
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
 //! | [`index`] | tree with representatives, packed; its file | geom, scene | views, HTTP |
 //! | [`lod`] | the seven-step retrieval | geom, index | files, HTTP |
-//! | [`effects`] | motion, haze: entered only where the scene declares them | geom, scene, lod | files, HTTP |
+//! | [`raster`] | id-buffer of boxes and meshes; pictures | geom, scene | LOD, HTTP |
+//! | [`effects`] | motion, haze, occlusion: entered only where the scene declares them | geom, scene, lod, raster | trees, HTTP |
+//! | [`frame`] | one frame: view and knobs → what to draw | all above | clocks, files, HTTP |
 //! | [`experiment`] | the paper's questions → records | all above | the service |
 //! | [`service`] | HTTP | all above but experiment | the command line |
 //! | [`cli`] | what was typed → one call | all | – |
@@ -65,9 +67,11 @@
 pub mod cli;
 pub mod effects;
 pub mod experiment;
+pub mod frame;
 pub mod geom;
 pub mod import;
 pub mod index;
 pub mod lod;
+pub mod raster;
 pub mod scene;
 pub mod service;

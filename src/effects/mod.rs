@@ -3,3 +3,4 @@
 
 pub mod haze;
 pub mod motion;
+pub mod occlusion;

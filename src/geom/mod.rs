@@ -3,13 +3,16 @@
 //! Metres, z up, right-handed. Knows nothing of ids, files or levels of detail.
 
 mod aabb;
+mod clip;
 mod filter;
 mod frustum;
 mod largest;
 mod size;
 mod view;
+mod view_error;
 
 pub use aabb::{Aabb, AabbError};
+pub use clip::{ClipSpace, Form};
 pub use filter::{
     ALL_LANES, Eight, EightDistances, EightRelations, Filter, Lanes, PlaneSet, Threshold,
 };
@@ -17,4 +20,5 @@ pub use frustum::{Frustum, Plane, Relation};
 pub use glam::{DMat4, DQuat, DVec2, DVec3};
 pub use largest::LargestSize;
 pub use size::SizeThreshold;
-pub use view::{DepthRange, Orientation, PixelScale, Projection, View, ViewError};
+pub use view::{DepthRange, Orientation, PixelScale, Projection, View};
+pub use view_error::ViewError;

@@ -1,6 +1,8 @@
 //! A camera: where it stands, what it shows, how many pixels it has.
 
+use super::clip::ClipSpace;
 use super::frustum::{Frustum, Plane};
+use super::view_error::{ViewError, aspect, direction, finite, ordered};
 use super::{DMat4, DQuat, DVec3};
 
 /// How a view turns space into a picture.
@@ -49,7 +51,9 @@ pub enum Orientation {
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     frustum: Frustum,
+    clip: ClipSpace,
     pixels: PixelScale,
+    viewport: [u32; 2],
 }
 
 /// How large things appear.
@@ -59,25 +63,6 @@ pub enum PixelScale {
     PerRadian(f64),
     /// An extent e covers e times this many pixels at any distance.
     PerMetre(f64),
-}
-
-/// A view that cannot be: which field is wrong, and why. Field names are those of the JSON form.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{field}: {reason}")]
-pub struct ViewError {
-    /// The field at fault.
-    pub field: &'static str,
-    /// What is wrong with it.
-    pub reason: String,
-}
-
-impl ViewError {
-    fn new(field: &'static str, reason: impl Into<String>) -> Self {
-        Self {
-            field,
-            reason: reason.into(),
-        }
-    }
 }
 
 /// The depth range: `near` > 0 except for orthographic views (≥ 0 there), `far` = `None` is
@@ -171,8 +156,10 @@ impl View {
         // 3x/sin²x where it is above 1 and by 3x/cos²x below: less than 10. The sum adds 1.
         let coefficient_error = 20.0 + 16.0 / basis.sine;
         Ok(Self {
+            clip: ClipSpace::of_planes(&planes),
             frustum: Frustum::new(eye, planes, coefficient_error),
             pixels,
+            viewport,
         })
     }
 
@@ -193,22 +180,20 @@ impl View {
             return Err(ViewError::new(FIELD, "must be 16 finite numbers"));
         }
         let [x, y, z, w] = [0, 1, 2, 3].map(|i| view_projection.row(i));
+        // Absolute matrices make the offset a difference of large numbers.
+        let half_spaces = [w + z, w - z, w + x, w - x, w + y, w - y].map(|row| Plane {
+            normal: row.truncate(),
+            offset: row.truncate().dot(eye) + row.w,
+            offset_error: 6.0 * f64::EPSILON * (row.truncate().abs().dot(eye.abs()) + row.w.abs()),
+        });
         let mut planes = Vec::with_capacity(Frustum::MAX_PLANES);
-        for row in [w + x, w - x, w + y, w - y, w + z, w - z] {
-            let normal = row.truncate();
-            let offset = normal.dot(eye) + row.w;
-            if !normal.is_finite() || !offset.is_finite() {
+        for plane in half_spaces {
+            if !plane.normal.is_finite() || !plane.offset.is_finite() {
                 return Err(ViewError::new(FIELD, "overflows: scale it down"));
             }
-            if normal != DVec3::ZERO {
-                // Absolute matrices make the offset a difference of large numbers.
-                let magnitude = normal.abs().dot(eye.abs()) + row.w.abs();
-                planes.push(Plane {
-                    normal,
-                    offset,
-                    offset_error: 6.0 * f64::EPSILON * magnitude,
-                });
-            } else if offset < 0.0 {
+            if plane.normal != DVec3::ZERO {
+                planes.push(plane);
+            } else if plane.offset < 0.0 {
                 return Err(ViewError::new(
                     FIELD,
                     "shows nothing: a clip plane is empty",
@@ -239,8 +224,10 @@ impl View {
         // One sum per coefficient.
         let coefficient_error = 2.0;
         Ok(Self {
+            clip: ClipSpace::of_planes(&half_spaces),
             frustum: Frustum::new(eye, planes, coefficient_error),
             pixels,
+            viewport,
         })
     }
 
@@ -263,53 +250,20 @@ impl View {
         &self.frustum
     }
 
+    /// Where points lie in its picture.
+    pub fn clip(&self) -> &ClipSpace {
+        &self.clip
+    }
+
+    /// Width × height of its picture, pixels.
+    pub fn viewport(&self) -> [u32; 2] {
+        self.viewport
+    }
+
     /// How large things appear in it.
     pub fn pixels(&self) -> PixelScale {
         self.pixels
     }
-}
-
-fn finite(field: &'static str, v: DVec3) -> Result<(), ViewError> {
-    if v.is_finite() {
-        Ok(())
-    } else {
-        Err(ViewError::new(field, format!("must be finite, is {v}")))
-    }
-}
-
-fn ordered(field: &'static str, low: f64, high: f64) -> Result<(), ViewError> {
-    if low.is_finite() && high.is_finite() && low < high {
-        Ok(())
-    } else {
-        Err(ViewError::new(
-            field,
-            format!("must be less than the opposite border, is {low} against {high}"),
-        ))
-    }
-}
-
-fn aspect([width, height]: [u32; 2]) -> Result<f64, ViewError> {
-    if width == 0 || height == 0 {
-        return Err(ViewError::new(
-            "viewport",
-            format!("must be at least one pixel each way, is {width}x{height}"),
-        ));
-    }
-    Ok(f64::from(width) / f64::from(height))
-}
-
-fn direction(field: &'static str, v: DVec3) -> Result<DVec3, ViewError> {
-    finite(field, v)?;
-    // Scaled first, so that neither tiny nor huge vectors under- or overflow.
-    let largest = v.abs().max_element();
-    if largest == 0.0 {
-        return Err(ViewError::new(
-            field,
-            "has no direction: its length is zero",
-        ));
-    }
-    let scaled = v / largest;
-    Ok(scaled / scaled.length())
 }
 
 fn basis(eye: DVec3, orientation: Orientation) -> Result<Basis, ViewError> {

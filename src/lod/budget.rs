@@ -21,6 +21,13 @@ impl BudgetLod {
         Self { max_objects }
     }
 
+    pub(super) fn coarsened(self, factor: f64) -> Self {
+        let max_objects = f64::from(self.max_objects) / (factor * factor);
+        Self {
+            max_objects: max_objects.ceil() as u32,
+        }
+    }
+
     /// How many objects are drawn at most.
     pub fn max_objects(&self) -> u32 {
         self.max_objects

@@ -29,6 +29,12 @@ impl ErrorLod {
         }
     }
 
+    pub(super) fn coarsened(self, factor: f64) -> Self {
+        Self {
+            max_error_px: (self.max_error_px * factor).min(f64::MAX),
+        }
+    }
+
     /// The smallest size that is drawn, pixels.
     pub fn max_error_px(&self) -> f64 {
         self.max_error_px

@@ -15,6 +15,19 @@ pub enum Lod {
     Budget(BudgetLod),
 }
 
+impl Lod {
+    /// The same with detail so many times less, `factor` ≥ 1: distances shorter, sizes larger, and
+    /// as many objects as a circle of a shorter radius holds.
+    #[must_use]
+    pub fn coarsened(&self, factor: f64) -> Self {
+        match self {
+            Self::Range(lod) => Self::Range(lod.coarsened(factor)),
+            Self::Error(lod) => Self::Error(lod.coarsened(factor)),
+            Self::Budget(lod) => Self::Budget(lod.coarsened(factor)),
+        }
+    }
+}
+
 impl Default for Lod {
     fn default() -> Self {
         Self::Range(RangeLod::default())

@@ -87,6 +87,13 @@ impl RangeLod {
         }
     }
 
+    pub(super) fn coarsened(self, factor: f64) -> Self {
+        Self {
+            far_dist: self.far_dist / factor,
+            ..self
+        }
+    }
+
     /// Farthest distance of the finest level, m.
     pub fn far_dist(&self) -> f64 {
         self.far_dist

@@ -39,6 +39,8 @@ mod numerics;
 mod oracle;
 /// Answers over HTTP against a program in another language.
 mod other_language;
+/// The id-buffer: its laws, and every pixel against a ray cast through its centre.
+mod raster;
 /// Real cities, from import to answer.
 mod real_cities;
 /// Retrieval against the transcription and against brute force.

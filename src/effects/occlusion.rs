@@ -1,0 +1,75 @@
+//! Occlusion: what is hidden behind nearer objects is not drawn.
+//!
+//! All selected objects are drawn as boxes into an id-buffer; who covers too few pixels goes. A
+//! box covers at least what its object covers, so an object may be hidden by the corners of a box
+//! that its mesh does not fill: buildings askew to the axes hide somewhat more than they would.
+//! Objects around the eye hide nothing and stay.
+
+use crate::geom::{Aabb, View};
+use crate::lod::Selection;
+use crate::raster::{IdBuffer, Projector};
+use crate::scene;
+
+/// Takes out the hidden objects. Kept and used again, it allocates little.
+#[derive(Debug, Default)]
+pub struct Occluder {
+    buffer: Option<IdBuffer>,
+    /// Objects that stay, ascending, with their pixels.
+    seen: Vec<(u32, u32)>,
+}
+
+impl Occluder {
+    /// Takes out of `selection` what covers fewer pixels than declared, and tells how many there
+    /// were. `boxes` are those of all objects, by number: min x, y, z, max x, y, z.
+    pub fn hide(
+        &mut self,
+        declared: &scene::Occlusion,
+        view: &View,
+        boxes: &[[f64; 6]],
+        selection: &mut Selection,
+    ) -> u32 {
+        let size = buffer_size(declared, view);
+        let buffer = match &mut self.buffer {
+            Some(buffer) if buffer.size() == size => buffer,
+            other => other.insert(IdBuffer::new(size[0], size[1])),
+        };
+        buffer.clear();
+        self.seen.clear();
+        let projector = Projector::new(view, size);
+        for object in selection.objects() {
+            let known = boxes.get(object as usize);
+            match known.and_then(|&corners| Aabb::from_array(corners).ok()) {
+                Some(bounds) if bounds.distance(view.eye()) > 0.0 => {
+                    buffer.draw_box(&projector, &bounds, object);
+                }
+                Some(_) => self.seen.push((object, size[0] * size[1])),
+                None => {} // only in a damaged file
+            }
+        }
+        let pixels = buffer.visible_pixels().into_iter();
+        self.seen
+            .extend(pixels.filter(|(_, pixels)| *pixels >= declared.min_pixels));
+        self.seen.sort_unstable();
+        let mut seen = self.seen.iter().map(|(object, _)| *object).peekable();
+        selection.retain(|object| seen.next_if_eq(&object).is_some())
+    }
+
+    /// The objects that stayed, ascending, each with its pixels in the id-buffer: all of them for
+    /// an object around the eye.
+    pub fn seen(&self) -> &[(u32, u32)] {
+        &self.seen
+    }
+
+    /// Width × height of the id-buffer, pixels; 0 before it was used.
+    pub fn size(&self) -> [u32; 2] {
+        self.buffer.as_ref().map_or([0, 0], IdBuffer::size)
+    }
+}
+
+/// The declared width, and the height that keeps the shape of the view.
+fn buffer_size(declared: &scene::Occlusion, view: &View) -> [u32; 2] {
+    let [width, height] = view.viewport().map(f64::from);
+    let rows = (f64::from(declared.width_px) * height / width).round();
+    let most = f64::from(*scene::Occlusion::WIDTHS_PX.end());
+    [declared.width_px, rows.clamp(1.0, most) as u32]
+}

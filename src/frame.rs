@@ -1,0 +1,177 @@
+//! One frame: a view and knobs → what to draw.
+//!
+//! knobs → motion → view → haze → [`lod::select`] → haze → occlusion → [`Frame::selection`]. An
+//! effect that is not active is a branch not taken.
+//!
+//! Reads no clock: durations come in through an argument.
+
+use std::time::Duration;
+
+use crate::effects::occlusion::Occluder;
+use crate::effects::{haze, motion};
+use crate::geom::View;
+use crate::index::LodTree;
+use crate::lod::{self, Lod, Selection};
+use crate::scene;
+
+/// The effects of one frame: of those that the scene declares, the ones not switched off.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Active {
+    /// Detail falls with the camera's speed, m/s.
+    pub motion: Option<(scene::Motion, f64)>,
+    /// Nothing beyond the visibility range.
+    pub haze: Option<scene::Haze>,
+    /// Nothing that is hidden.
+    pub occlusion: Option<scene::Occlusion>,
+}
+
+impl Active {
+    /// All that a scene declares, for a camera that moves at `speed_mps`, ≥ 0.
+    pub fn all(declared: &scene::Effects, speed_mps: f64) -> Self {
+        Self {
+            motion: declared.motion.map(|motion| (motion, speed_mps)),
+            haze: declared.haze,
+            occlusion: declared.occlusion,
+        }
+    }
+}
+
+/// What an effect did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ran<T> {
+    /// What came of it.
+    pub result: T,
+    /// What it took.
+    pub took: Duration,
+}
+
+/// What the effects of one frame did; `None` did not run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Effects {
+    /// How many times less detail there is.
+    pub motion: Option<Ran<f64>>,
+    /// How many selected objects it took out.
+    pub haze: Option<Ran<u32>>,
+    /// How many selected objects it took out.
+    pub occlusion: Option<Ran<u32>>,
+}
+
+/// The answer to a frame. Kept and used again, it allocates little.
+#[derive(Debug, Default)]
+pub struct Frame {
+    selection: Selection,
+    lod: Lod,
+    occluder: Occluder,
+    effects: Effects,
+    retrieval: Duration,
+}
+
+impl Frame {
+    /// Works out what to draw.
+    ///
+    /// `clock` tells the time since any fixed moment; `|| Duration::ZERO` where nobody asks what
+    /// things took. Total, as retrieval is.
+    pub fn work_out(
+        &mut self,
+        tree: &LodTree,
+        view: &View,
+        lod: &Lod,
+        active: &Active,
+        clock: impl FnMut() -> Duration,
+    ) {
+        self.effects = Effects::default();
+        self.lod = *lod;
+        let mut watch = Watch::new(clock);
+        if *active == Active::default() {
+            lod::select(tree, view, lod, &mut self.selection);
+            self.retrieval = watch.lap();
+        } else {
+            self.with_effects(tree, view, active, &mut watch);
+        }
+    }
+
+    fn with_effects(
+        &mut self,
+        tree: &LodTree,
+        view: &View,
+        active: &Active,
+        watch: &mut Watch<impl FnMut() -> Duration>,
+    ) {
+        if let Some((declared, speed_mps)) = &active.motion {
+            let result = motion::slowdown(declared, *speed_mps);
+            self.lod = self.lod.coarsened(result);
+            let took = watch.lap();
+            self.effects.motion = Some(Ran { result, took });
+        }
+        let shortened = active.haze.map(|haze| haze::shortened(&haze, view));
+        let shortening = watch.lap();
+
+        let seen = shortened.as_ref().unwrap_or(view);
+        lod::select(tree, seen, &self.lod, &mut self.selection);
+        self.retrieval = watch.lap();
+
+        let boxes = tree.arrays().object_boxes;
+        if let Some(declared) = &active.haze {
+            let result = haze::clear(declared, view, boxes, &mut self.selection);
+            let took = shortening + watch.lap();
+            self.effects.haze = Some(Ran { result, took });
+        }
+        if let Some(declared) = &active.occlusion {
+            let selection = &mut self.selection;
+            let result = self.occluder.hide(declared, view, boxes, selection);
+            let took = watch.lap();
+            self.effects.occlusion = Some(Ran { result, took });
+        }
+    }
+
+    /// The objects to draw.
+    pub fn selection(&self) -> &Selection {
+        &self.selection
+    }
+
+    /// The knobs they were selected with: those asked for, less what motion took.
+    pub fn lod(&self) -> &Lod {
+        &self.lod
+    }
+
+    /// What the effects did.
+    pub fn effects(&self) -> &Effects {
+        &self.effects
+    }
+
+    /// What retrieval took.
+    pub fn retrieval(&self) -> Duration {
+        self.retrieval
+    }
+
+    /// Where occlusion ran: the objects to draw, ascending, each with the pixels it covers in an
+    /// id-buffer of [`Frame::buffer_size`]. Otherwise without meaning.
+    pub fn visible_pixels(&self) -> &[(u32, u32)] {
+        self.occluder.seen()
+    }
+
+    /// Width × height of the id-buffer that occlusion was found with.
+    pub fn buffer_size(&self) -> [u32; 2] {
+        self.occluder.size()
+    }
+}
+
+/// Tells how long each step took.
+struct Watch<C> {
+    clock: C,
+    last: Duration,
+}
+
+impl<C: FnMut() -> Duration> Watch<C> {
+    fn new(mut clock: C) -> Self {
+        let last = clock();
+        Self { clock, last }
+    }
+
+    fn lap(&mut self) -> Duration {
+        let now = (self.clock)();
+        let took = now.saturating_sub(self.last);
+        self.last = now;
+        took
+    }
+}

@@ -1,0 +1,14 @@
+//! A deterministic software rasteriser: which object is seen at which pixel, and how far away.
+//!
+//! view → [`Projector`] → [`IdBuffer`] of boxes and meshes. It measures accuracy, decides
+//! occlusion and draws pictures.
+//!
+//! Knows nothing of LOD or HTTP.
+
+mod clip;
+mod coverage;
+mod id_buffer;
+mod projector;
+
+pub use id_buffer::{IdBuffer, NONE};
+pub use projector::{LONGEST_SIDE, Projector, Ray};
