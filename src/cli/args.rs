@@ -229,6 +229,7 @@ pub(super) enum ExperimentArg {
     All,
     FarDist,
     Scaling,
+    Effects,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

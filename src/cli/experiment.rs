@@ -11,10 +11,12 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
         ExperimentArg::All => &Experiment::ALL[..],
         ExperimentArg::FarDist => &[Experiment::FarDist],
         ExperimentArg::Scaling => &[Experiment::Scaling],
+        ExperimentArg::Effects => &[Experiment::Effects],
     };
     let options = Options {
         cities: args.city.clone(),
         largest: args.largest,
+        program: std::env::current_exe().ok(),
     };
     if matches!(args.name, ExperimentArg::Scaling) && !args.city.is_empty() {
         bail!("--city goes with far-dist: scaling makes its cities itself");
@@ -48,7 +50,9 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
 /// One object: an experiment's own, or each of all under its name.
 fn json(name: ExperimentArg, reports: &[Report]) -> serde_json::Value {
     match (name, reports) {
-        (ExperimentArg::FarDist | ExperimentArg::Scaling, [report]) => report.json.clone(),
+        (ExperimentArg::FarDist | ExperimentArg::Scaling | ExperimentArg::Effects, [report]) => {
+            report.json.clone()
+        }
         _ => reports
             .iter()
             .map(|report| (report.name.to_owned(), report.json.clone()))

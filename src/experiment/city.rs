@@ -6,18 +6,26 @@ use super::ReportError;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
-use crate::scene::{CityParams, generate};
+use crate::scene::{CityParams, Effects, generate};
 
 /// As many objects as in Gong's test.
 pub(super) const GONG_OBJECTS: u32 = 23_951;
 pub(super) const SEED: u64 = 1;
+/// Spreads places evenly without lining them up.
+pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// The tree of a generated city.
 pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
-    let scene = generate(&CityParams {
+    generated_with(objects, Effects::default())
+}
+
+/// The same with what it declares.
+pub(super) fn generated_with(objects: u32, effects: Effects) -> Result<LodTree, ReportError> {
+    let mut scene = generate(&CityParams {
         objects,
         seed: SEED,
     });
+    scene.effects = effects;
     Ok(index::build(&scene, Promotion::default())?)
 }
 
@@ -44,8 +52,6 @@ pub(super) fn name(path: &Path) -> String {
 /// directions each: "the viewpoint close to the ground, the line of sight level" (Gong, 2.3).
 pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, ReportError> {
     const HEIGHT_M: f64 = 60.0;
-    /// The golden angle spreads places evenly without lining them up.
-    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
     let middle = densest(tree);
     let size = tree.bounds().size();
     let spread = size.x.min(size.y) * 0.06;
@@ -78,7 +84,7 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
 }
 
 /// Median midpoint of the objects: a few far-off ones do not move it.
-fn densest(tree: &LodTree) -> DVec3 {
+pub(super) fn densest(tree: &LodTree) -> DVec3 {
     let exact = tree.arrays().object_boxes;
     let step = exact.len().div_ceil(100_000).max(1);
     let axis = |axis: usize| {

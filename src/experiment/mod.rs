@@ -3,11 +3,13 @@
 //! Each experiment is one file. Timings are medians beside a baseline measured in the same run.
 
 mod city;
+mod effects;
 mod far_dist;
 mod fit;
 mod plot;
 mod report;
 mod scaling;
+mod street;
 mod timing;
 
 use std::path::PathBuf;
@@ -21,17 +23,20 @@ pub enum Experiment {
     FarDist,
     /// Cost against the number of objects.
     Scaling,
+    /// Cost of each effect, declared and not.
+    Effects,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 2] = [Self::FarDist, Self::Scaling];
+    pub const ALL: [Self; 3] = [Self::FarDist, Self::Scaling, Self::Effects];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
         match self {
             Self::FarDist => "far-dist",
             Self::Scaling => "scaling",
+            Self::Effects => "effects",
         }
     }
 }
@@ -43,6 +48,8 @@ pub struct Options {
     pub cities: Vec<PathBuf>,
     /// Largest generated city, objects; default 10,000,000.
     pub largest: Option<u32>,
+    /// This program as a command, whose instructions can be counted.
+    pub program: Option<PathBuf>,
 }
 
 /// Called with what is being done.
@@ -60,5 +67,6 @@ pub fn run(
     match experiment {
         Experiment::FarDist => far_dist::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
+        Experiment::Effects => effects::run(options, progress),
     }
 }

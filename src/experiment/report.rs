@@ -50,6 +50,9 @@ pub enum ReportError {
         /// What the system said.
         source: io::Error,
     },
+    /// A city lacks what the experiment is about.
+    #[error("the city does not have {0}: take a larger one")]
+    Nothing(&'static str),
     /// A plot cannot be drawn.
     #[error("cannot draw the plot: {0}")]
     Plot(String),

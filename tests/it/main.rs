@@ -13,6 +13,8 @@ mod command;
 mod desk;
 /// A city that is edited keeps its laws and gives the same answers.
 mod edit;
+/// Motion, haze and occlusion: declared, switched off, and what they leave.
+mod effects;
 /// The experiments print, write and state what was asked for.
 mod experiment;
 /// Broken `CityJSON` and `GeoJSON`: what is said of it and where, and that nothing panics.
