@@ -31,6 +31,8 @@ pub(super) enum Command {
     Query(QueryArgs),
     /// Answer over HTTP; without a file, for the built-in demo city
     Serve(ServeArgs),
+    /// Draw a picture of the objects a camera calls for
+    Render(RenderArgs),
     /// Measure and plot: far-dist, scaling or all
     Experiment(ExperimentArgs),
 }
@@ -106,7 +108,7 @@ pub(super) struct InfoArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
-pub(super) struct QueryArgs {
+pub(super) struct SelectArgs {
     /// The city
     pub file: PathBuf,
     /// Where the camera stands: x,y,z
@@ -133,9 +135,27 @@ pub(super) struct QueryArgs {
     /// Past the last level: show or hide
     #[arg(long, default_value = "show")]
     pub beyond: BeyondArg,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct QueryArgs {
+    #[command(flatten)]
+    pub select: SelectArgs,
     /// As JSON, like the HTTP service
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    pub select: SelectArgs,
+    /// Where to write the picture: a name that ends in .png
+    #[arg(short, long, value_parser = png_name)]
+    pub output: PathBuf,
+    /// What colours tell: the class of an object or its level
+    #[arg(long, default_value = "class")]
+    pub tint: TintArg,
 }
 
 #[derive(Debug, clap::Args)]
@@ -180,6 +200,13 @@ fn citylod_or_glb_name(text: &str) -> Result<PathBuf, String> {
     match extension(Path::new(text)) {
         "citylod" | "glb" => Ok(text.into()),
         _ => Err("the name must end in .citylod or .glb".into()),
+    }
+}
+
+fn png_name(text: &str) -> Result<PathBuf, String> {
+    match extension(Path::new(text)) {
+        "png" => Ok(text.into()),
+        _ => Err("the name must end in .png".into()),
     }
 }
 
@@ -251,6 +278,12 @@ impl From<UpArg> for Up {
 pub(super) enum BeyondArg {
     Show,
     Hide,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum TintArg {
+    Class,
+    Level,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

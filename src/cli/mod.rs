@@ -9,6 +9,7 @@ mod import;
 mod info;
 mod progress;
 mod query;
+mod render;
 mod serve;
 mod text;
 
@@ -25,6 +26,7 @@ pub fn run() -> ExitCode {
         Command::Generate(args) => generate::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Query(args) => query::run(&args),
+        Command::Render(args) => render::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Experiment(args) => experiment::run(&args),
     };

@@ -6,43 +6,23 @@ use std::time::Instant;
 use anyhow::Result;
 use serde::Serialize;
 
-use super::args::{BeyondArg, QueryArgs, misuse};
+use super::args::{BeyondArg, QueryArgs, SelectArgs, misuse};
 use super::text;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
 use crate::lod::{Beyond, RangeLod, Selection, retrieve};
 
 pub(super) fn run(args: &QueryArgs) -> Result<()> {
-    let beyond = match args.beyond {
-        BeyondArg::Show => Beyond::Show,
-        BeyondArg::Hide => Beyond::Hide,
-    };
-    let lod = RangeLod::new(args.far_dist, args.dist_factor, args.levels, beyond)
-        .map_err(|e| misuse("query", format!("{}: {}", flag(e.field), e.reason)))?;
-    let view = View::new(
-        args.eye.0,
-        Orientation::LookAt {
-            target: args.target.0,
-            up: upright(args),
-        },
-        Projection::Perspective {
-            fov_y_deg: args.fov,
-        },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
-        args.size.0,
-    )
-    .map_err(|e| misuse("query", format!("{}: {}", flag(e.field), e.reason)))?;
-    let tree = LodTree::open_verified(&args.file)?;
+    let lod = lod(&args.select, "query")?;
+    let view = view(&args.select, "query")?;
+    let tree = LodTree::open_verified(&args.select.file)?;
     let mut selection = Selection::default();
     let start = Instant::now();
     retrieve(&tree, &view, &lod, &mut selection);
     let retrieve_us = start.elapsed().as_secs_f64() * 1e6;
     let mut out = BufWriter::new(io::stdout().lock());
     if args.json {
-        let answer = answer(args, &tree, &lod, &selection, retrieve_us);
+        let answer = answer(&args.select, &tree, &lod, &selection, retrieve_us);
         serde_json::to_writer(&mut out, &answer).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
@@ -62,8 +42,40 @@ pub(super) fn run(args: &QueryArgs) -> Result<()> {
     Ok(())
 }
 
+/// The knobs typed for `verb`.
+pub(super) fn lod(args: &SelectArgs, verb: &str) -> Result<RangeLod> {
+    let beyond = match args.beyond {
+        BeyondArg::Show => Beyond::Show,
+        BeyondArg::Hide => Beyond::Hide,
+    };
+    let lod = RangeLod::new(args.far_dist, args.dist_factor, args.levels, beyond)
+        .map_err(|e| misuse(verb, format!("{}: {}", flag(e.field), e.reason)))?;
+    Ok(lod)
+}
+
+/// The camera typed for `verb`.
+pub(super) fn view(args: &SelectArgs, verb: &str) -> Result<View> {
+    let view = View::new(
+        args.eye.0,
+        Orientation::LookAt {
+            target: args.target.0,
+            up: upright(args),
+        },
+        Projection::Perspective {
+            fov_y_deg: args.fov,
+        },
+        DepthRange {
+            near: 0.1,
+            far: None,
+        },
+        args.size.0,
+    )
+    .map_err(|e| misuse(verb, format!("{}: {}", flag(e.field), e.reason)))?;
+    Ok(view)
+}
+
 /// Up, or north where the camera looks straight up or down.
-fn upright(args: &QueryArgs) -> DVec3 {
+fn upright(args: &SelectArgs) -> DVec3 {
     let sight = args.target.0 - args.eye.0;
     if sight.x == 0.0 && sight.y == 0.0 {
         DVec3::Y
@@ -119,7 +131,7 @@ struct Stats {
 }
 
 fn answer<'a>(
-    args: &'a QueryArgs,
+    args: &'a SelectArgs,
     tree: &'a LodTree,
     lod: &RangeLod,
     selection: &Selection,

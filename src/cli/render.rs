@@ -1,0 +1,50 @@
+use std::io::{BufWriter, Write as _};
+
+use anyhow::{Context, Result};
+
+use super::args::{RenderArgs, TintArg, misuse};
+use super::{query, text};
+use crate::index::{LodTree, replace_file};
+use crate::lod::{Selection, retrieve};
+use crate::raster::{Solid, class_colour, level_colour, paint};
+
+/// Longest side of a picture, pixels.
+const LONGEST_SIDE: u32 = 8192;
+
+pub(super) fn run(args: &RenderArgs) -> Result<()> {
+    let lod = query::lod(&args.select, "render")?;
+    let view = query::view(&args.select, "render")?;
+    let size = args.select.size.0;
+    if size.iter().any(|&side| side > LONGEST_SIDE) {
+        let reason = format!("--size: pictures have at most {LONGEST_SIDE} pixels a side");
+        return Err(misuse("render", reason).into());
+    }
+    let tree = LodTree::open_verified(&args.select.file)?;
+    let mut selection = Selection::default();
+    retrieve(&tree, &view, &lod, &mut selection);
+    let objects = selection.objects().filter_map(|number| tree.object(number));
+    let solids: Vec<Solid> = objects
+        .map(|object| Solid {
+            bounds: object.bounds,
+            colour: match args.tint {
+                TintArg::Class => class_colour(object.class, crc32fast::hash(object.id.as_bytes())),
+                TintArg::Level => level_colour(object.level),
+            },
+        })
+        .collect();
+    let ground_z = tree.bounds().min().z;
+    let picture = paint(&view, size, &solids, ground_z);
+    replace_file(&args.output, |file| {
+        let mut out = BufWriter::new(file);
+        picture.write_png(&mut out)?;
+        out.flush()
+    })
+    .with_context(|| format!("{}: cannot write", args.output.display()))?;
+    eprintln!(
+        "{}: {} of {}",
+        args.output.display(),
+        text::grouped(selection.count().into()),
+        text::counted(tree.object_count().into(), "object"),
+    );
+    Ok(())
+}

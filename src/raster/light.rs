@@ -1,0 +1,90 @@
+//! Sun, sky, ground and haze.
+
+use glam::Vec3;
+
+use super::palette::srgb;
+use crate::geom::DVec3;
+
+/// Everything about the weather.
+#[derive(Debug, Clone)]
+pub(super) struct Light {
+    /// Towards the sun, of unit length.
+    pub sun: DVec3,
+    sunlight: Vec3,
+    /// From straight above, and from the horizon and the ground.
+    zenith: Vec3,
+    horizon: Vec3,
+    /// Distance over which haze takes all but 1/e, m.
+    haze_m: f64,
+}
+
+impl Light {
+    /// A clear afternoon, the sun a little to the left of and behind who looks along `forward`, so
+    /// that of two walls seen one is lit; the far end of what is seen, at `reach_m`, is well in
+    /// the haze.
+    pub(super) fn afternoon(forward: DVec3, reach_m: f64) -> Self {
+        const ELEVATION: f64 = 0.68;
+        const TO_THE_LEFT: f64 = 2.25;
+        let ahead = forward.with_z(0.0).try_normalize().unwrap_or(DVec3::Y);
+        let left = DVec3::Z.cross(ahead);
+        let level = ahead * TO_THE_LEFT.cos() + left * TO_THE_LEFT.sin();
+        Self {
+            sun: level * ELEVATION.cos() + DVec3::Z * ELEVATION.sin(),
+            sunlight: Vec3::new(1.0, 0.93, 0.80) * 1.02,
+            zenith: srgb(0x6f_9fd0),
+            horizon: srgb(0xdf_e6ea),
+            haze_m: (reach_m / 0.9).max(1.0),
+        }
+    }
+
+    /// What a surface sends back: `albedo` in the sun's light as far as it is `lit`, and in the
+    /// light of the sky as far as it is `open` to it, both 0 to 1.
+    pub(super) fn surface(&self, albedo: Vec3, normal: DVec3, lit: f32, open: f32) -> Vec3 {
+        let facing = normal.dot(self.sun).max(0.0) as f32;
+        // Half of what a wall sees is ground, which is bright and warm where the sun is out.
+        let upward = normal.z as f32 * 0.5 + 0.5;
+        let bounced = Vec3::new(0.30, 0.27, 0.23);
+        let sky = self.zenith.lerp(self.horizon, 0.45) * 0.78;
+        let ambient = bounced.lerp(sky, upward) * open;
+        albedo * (self.sunlight * (facing * lit) + ambient)
+    }
+
+    /// A colour seen through the air.
+    pub(super) fn through_haze(&self, colour: Vec3, distance: f64, direction: DVec3) -> Vec3 {
+        let left = self.transmittance(distance);
+        let air = self.sky(direction.with_z(direction.z.abs().min(0.02)));
+        air.lerp(colour, left)
+    }
+
+    /// What the air leaves of a contrast, 0 to 1. Near things are clear: haze lies low and far.
+    pub(super) fn transmittance(&self, distance: f64) -> f32 {
+        let depth = distance / self.haze_m;
+        (-depth.powf(1.35)).exp() as f32
+    }
+
+    /// The sky in a direction of unit length.
+    pub(super) fn sky(&self, direction: DVec3) -> Vec3 {
+        let height = direction.z.max(0.0) as f32;
+        let gradient = 1.0 - (1.0 - height).powi(4);
+        let warmth = direction.dot(self.sun).max(0.0).powi(6) as f32;
+        let glow = Vec3::new(1.0, 0.86, 0.62) * (0.18 * warmth);
+        self.horizon.lerp(self.zenith, gradient.min(1.0)) + glow
+    }
+}
+
+/// Bare ground with a faint grid of 100 m, which vanishes where its lines are finer than a pixel
+/// of `footprint` metres.
+pub(super) fn ground(point: DVec3, footprint: f64) -> Vec3 {
+    const GRID_M: f64 = 100.0;
+    const LINE_M: f64 = 0.8;
+    let earth = srgb(0xbf_baab);
+    let line = srgb(0xcf_cbbe);
+    let on_line = |coordinate: f64| {
+        let from_line = (coordinate / GRID_M - (coordinate / GRID_M).round()).abs() * GRID_M;
+        let half = LINE_M * 0.5 + footprint * 0.5;
+        let thin = LINE_M / (LINE_M + footprint);
+        if from_line < half { thin } else { 0.0 }
+    };
+    let share = on_line(point.x).max(on_line(point.y)) as f32;
+    earth.lerp(line, share)
+}
