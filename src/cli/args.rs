@@ -223,6 +223,7 @@ pub(super) enum ExperimentArg {
     All,
     FarDist,
     Scaling,
+    Stability,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

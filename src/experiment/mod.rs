@@ -3,11 +3,13 @@
 //! Each experiment is one file. Timings are medians beside a baseline measured in the same run.
 
 mod city;
+pub mod exact;
 mod far_dist;
 mod fit;
 mod plot;
 mod report;
 mod scaling;
+pub mod stability;
 mod timing;
 
 use std::path::PathBuf;
@@ -21,17 +23,20 @@ pub enum Experiment {
     FarDist,
     /// Cost against the number of objects.
     Scaling,
+    /// Promises about rounding, against exact arithmetic.
+    Stability,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 2] = [Self::FarDist, Self::Scaling];
+    pub const ALL: [Self; 3] = [Self::FarDist, Self::Scaling, Self::Stability];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
         match self {
             Self::FarDist => "far-dist",
             Self::Scaling => "scaling",
+            Self::Stability => "stability",
         }
     }
 }
@@ -60,5 +65,6 @@ pub fn run(
     match experiment {
         Experiment::FarDist => far_dist::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
+        Experiment::Stability => stability::run(progress),
     }
 }

@@ -6,6 +6,7 @@ mod aabb;
 mod filter;
 mod frustum;
 mod largest;
+mod separating;
 mod view;
 
 pub use aabb::{Aabb, AabbError};
@@ -15,4 +16,5 @@ pub use filter::{
 pub use frustum::{Frustum, Plane, Relation};
 pub use glam::{DMat4, DQuat, DVec2, DVec3};
 pub use largest::LargestSize;
+pub use separating::SeparatingAxes;
 pub use view::{DepthRange, Orientation, PixelScale, Projection, View, ViewError};
