@@ -195,14 +195,15 @@ impl View {
         let [x, y, z, w] = [0, 1, 2, 3].map(|i| view_projection.row(i));
         let mut planes = Vec::with_capacity(Frustum::MAX_PLANES);
         for row in [w + x, w - x, w + y, w - y, w + z, w - z] {
-            let normal = row.truncate();
-            let offset = normal.dot(eye) + row.w;
+            // Scaled first, so that no product underflows.
+            let Plane { normal, offset, .. } = Plane::exact(row.truncate(), row.w).rescaled();
+            let magnitude = normal.abs().dot(eye.abs()) + offset.abs();
+            let offset = normal.dot(eye) + offset;
             if !normal.is_finite() || !offset.is_finite() {
                 return Err(ViewError::new(FIELD, "overflows: scale it down"));
             }
             if normal != DVec3::ZERO {
                 // Absolute matrices make the offset a difference of large numbers.
-                let magnitude = normal.abs().dot(eye.abs()) + row.w.abs();
                 planes.push(Plane {
                     normal,
                     offset,

@@ -99,7 +99,9 @@ impl Stand {
         if target == eye {
             target.x += reach.max(eye.x.abs() * 1e-3);
         }
-        let forward = (target - eye).normalize();
+        // Scaled first, as squares of what is tiny underflow.
+        let along = target - eye;
+        let forward = (along / along.abs().max_element()).normalize();
         let upright = match kind {
             Kind::Steep => forward + vector(rng, -1.0, 1.0) * any(rng, &[1e-2, 1e-5, 1e-8]),
             Kind::Aligned => any(rng, &[DVec3::X, DVec3::Y, DVec3::Z]),
@@ -178,12 +180,19 @@ impl Stand {
             reach,
             spread: (kind == Kind::FarAway).then_some(at.scale),
         };
+        // What is refused is not asked (N1): a near plane that underflows, for one.
+        if stand.camera.view().is_err() {
+            return Self::random(rng, kind, at);
+        }
         if kind == Kind::Matrix {
-            stand.camera = Camera::Matrix {
+            let camera = Camera::Matrix {
                 view_projection: stand.matrix() * any(rng, &[1.0, 1.0, 1e-3, 1e-310, 1e200]),
                 eye,
                 viewport,
             };
+            if camera.view().is_ok() {
+                stand.camera = camera;
+            }
         }
         stand
     }
@@ -239,7 +248,8 @@ impl Stand {
         };
         let [left, right, bottom, top] = self.window;
         let (x, y) = (across(rng, left, right), across(rng, bottom, top));
-        self.eye + self.right * x + self.up * y + self.forward * depth
+        let point = self.eye + self.right * x + self.up * y + self.forward * depth;
+        if point.is_finite() { point } else { self.eye }
     }
 
     /// The extent of a box, often flat.
@@ -289,6 +299,9 @@ impl Stand {
             normal = DVec3::from_array([0, 1, 2].map(|k| rounded(&exact_normal[k])));
             let axis = normal.abs().max_position();
             at[axis] -= rounded(&value) / normal[axis];
+        }
+        if !at.is_finite() {
+            return self.aabb(rng); // a clip plane without direction has no border
         }
         let axis = normal.abs().max_position();
         at[axis] = match rng.random_range(0..5) {
