@@ -257,6 +257,7 @@ pub(super) enum ExperimentArg {
     FarDist,
     Scaling,
     Effects,
+    Stability,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -12,14 +12,16 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
         ExperimentArg::FarDist => &[Experiment::FarDist],
         ExperimentArg::Scaling => &[Experiment::Scaling],
         ExperimentArg::Effects => &[Experiment::Effects],
+        ExperimentArg::Stability => &[Experiment::Stability],
     };
     let options = Options {
         cities: args.city.clone(),
         largest: args.largest,
         program: std::env::current_exe().ok(),
     };
-    if matches!(args.name, ExperimentArg::Scaling) && !args.city.is_empty() {
-        bail!("--city goes with far-dist: scaling makes its cities itself");
+    let own_cities = matches!(args.name, ExperimentArg::Scaling | ExperimentArg::Stability);
+    if own_cities && !args.city.is_empty() {
+        bail!("--city goes with far-dist: scaling and stability make their cities themselves");
     }
     let mut out = io::stdout().lock();
     let mut reports = Vec::new();
@@ -50,13 +52,13 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
 /// One object: an experiment's own, or each of all under its name.
 fn json(name: ExperimentArg, reports: &[Report]) -> serde_json::Value {
     match (name, reports) {
-        (ExperimentArg::FarDist | ExperimentArg::Scaling | ExperimentArg::Effects, [report]) => {
-            report.json.clone()
-        }
-        _ => reports
+        (ExperimentArg::All, _) => reports
             .iter()
             .map(|report| (report.name.to_owned(), report.json.clone()))
             .collect::<serde_json::Map<_, _>>()
             .into(),
+        (_, reports) => reports
+            .first()
+            .map_or(serde_json::Value::Null, |report| report.json.clone()),
     }
 }

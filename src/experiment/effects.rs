@@ -87,10 +87,10 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
         progress(effect);
         let path = counter.city(effect, objects, declared)?;
         if effect == "none" {
-            rows.push(measure(effect, &tree, street, None, &counter, &path)?);
+            rows.push(measure(effect, &tree, street, None, &counter, &path));
         } else {
             for active in [Active::default(), Active::all(&declared, SPEED_MPS)] {
-                let row = measure(effect, &tree, street, Some(active), &counter, &path)?;
+                let row = measure(effect, &tree, street, Some(active), &counter, &path);
                 rows.push(row);
             }
         }
@@ -123,21 +123,21 @@ fn measure(
     active: Option<Active>,
     counter: &Counter,
     city: &Path,
-) -> Result<Row, ReportError> {
+) -> Row {
     let mut frame = Frame::default();
     let running = active.unwrap_or_default();
     let mut work = || frame.work_out(tree, &street.view, &lod(), &running, || Duration::ZERO);
     let frame_us = median_us(SAMPLES, &mut work);
     let on = running != Active::default();
     let without = (active.is_some() && !on).then_some(effect);
-    Ok(Row {
+    Row {
         effect,
         declared: active.is_some(),
         on,
         instructions: counter.count(city, without),
         count: frame.selection().count(),
         frame_us,
-    })
+    }
 }
 
 fn resolution(tree: &LodTree, streets: &[Street], width_px: u32) -> Resolution {

@@ -4,11 +4,13 @@
 
 mod city;
 mod effects;
+pub mod exact;
 mod far_dist;
 mod fit;
 mod plot;
 mod report;
 mod scaling;
+pub mod stability;
 mod street;
 mod timing;
 
@@ -25,11 +27,13 @@ pub enum Experiment {
     Scaling,
     /// Cost of each effect, declared and not.
     Effects,
+    /// Promises about rounding, against exact arithmetic.
+    Stability,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 3] = [Self::FarDist, Self::Scaling, Self::Effects];
+    pub const ALL: [Self; 4] = [Self::FarDist, Self::Scaling, Self::Stability, Self::Effects];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
@@ -37,6 +41,7 @@ impl Experiment {
             Self::FarDist => "far-dist",
             Self::Scaling => "scaling",
             Self::Effects => "effects",
+            Self::Stability => "stability",
         }
     }
 }
@@ -68,5 +73,6 @@ pub fn run(
         Experiment::FarDist => far_dist::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
         Experiment::Effects => effects::run(options, progress),
+        Experiment::Stability => stability::run(progress),
     }
 }

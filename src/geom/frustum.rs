@@ -139,7 +139,7 @@ impl Plane {
     }
 
     /// The same half-space, its numbers multiplied by a power of two, which rounds nothing.
-    fn rescaled(self) -> Self {
+    pub(super) fn rescaled(self) -> Self {
         let times = |plane: Self, factor: f64| Self {
             normal: plane.normal * factor,
             offset: plane.offset * factor,

@@ -51,6 +51,8 @@ mod retrieval;
 mod serve_limits;
 /// The HTTP service: answers, refusals, limits, description.
 mod service;
+/// Culling, "inside" and distances against exact arithmetic, and the oracle against what is plain.
+mod stability;
 /// Random scenes and cameras.
 mod support;
 /// The sources keep the layer table and the house rules.
