@@ -127,6 +127,12 @@ pub(super) struct QueryArgs {
     /// Past the last level: show or hide
     #[arg(long, default_value = "show")]
     pub beyond: BeyondArg,
+    /// Instead of by distance: all objects of at least this size on the screen, pixels
+    #[arg(long, conflicts_with_all = ["far_dist", "dist_factor", "levels", "beyond", "max_objects"])]
+    pub max_error_px: Option<f64>,
+    /// Instead of by distance: so many objects, the largest on the screen
+    #[arg(long, conflicts_with_all = ["far_dist", "dist_factor", "levels", "beyond"])]
+    pub max_objects: Option<u32>,
     /// As JSON, like the HTTP service
     #[arg(long)]
     pub json: bool,

@@ -3,22 +3,16 @@ use std::ffi::OsStr;
 use std::io::{self, BufWriter, Write};
 use std::time::Instant;
 
-use anyhow::Result;
 use serde::Serialize;
 
 use super::args::{BeyondArg, QueryArgs, misuse};
 use super::text;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
-use crate::lod::{Beyond, RangeLod, Selection, retrieve};
+use crate::lod::{Beyond, BudgetLod, ErrorLod, Lod, LodError, RangeLod, Selection, select};
 
-pub(super) fn run(args: &QueryArgs) -> Result<()> {
-    let beyond = match args.beyond {
-        BeyondArg::Show => Beyond::Show,
-        BeyondArg::Hide => Beyond::Hide,
-    };
-    let lod = RangeLod::new(args.far_dist, args.dist_factor, args.levels, beyond)
-        .map_err(|e| misuse("query", format!("{}: {}", flag(e.field), e.reason)))?;
+pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
+    let lod = lod(args).map_err(|e| misuse("query", format!("{}: {}", flag(e.field), e.reason)))?;
     let view = View::new(
         args.eye.0,
         Orientation::LookAt {
@@ -38,7 +32,7 @@ pub(super) fn run(args: &QueryArgs) -> Result<()> {
     let tree = LodTree::open_verified(&args.file)?;
     let mut selection = Selection::default();
     let start = Instant::now();
-    retrieve(&tree, &view, &lod, &mut selection);
+    select(&tree, &view, &lod, &mut selection);
     let retrieve_us = start.elapsed().as_secs_f64() * 1e6;
     let mut out = BufWriter::new(io::stdout().lock());
     if args.json {
@@ -62,6 +56,20 @@ pub(super) fn run(args: &QueryArgs) -> Result<()> {
     Ok(())
 }
 
+fn lod(args: &QueryArgs) -> Result<Lod, LodError> {
+    if let Some(px) = args.max_error_px {
+        return ErrorLod::new(px).map(Lod::Error);
+    }
+    if let Some(most) = args.max_objects {
+        return Ok(Lod::Budget(BudgetLod::new(most)));
+    }
+    let beyond = match args.beyond {
+        BeyondArg::Show => Beyond::Show,
+        BeyondArg::Hide => Beyond::Hide,
+    };
+    RangeLod::new(args.far_dist, args.dist_factor, args.levels, beyond).map(Lod::Range)
+}
+
 /// Up, or north where the camera looks straight up or down.
 fn upright(args: &QueryArgs) -> DVec3 {
     let sight = args.target.0 - args.eye.0;
@@ -82,6 +90,7 @@ fn flag(field: &'static str) -> &'static str {
         "far_dist_m" => "--far-dist",
         "dist_factor" => "--dist-factor",
         "levels" => "--levels",
+        "max_error_px" => "--max-error-px",
         other => other,
     }
 }
@@ -93,19 +102,29 @@ struct Answer<'a> {
     revision: String,
     count: u32,
     ids: Vec<Cow<'a, str>>,
-    lod: Lod,
+    lod: LodAnswer,
     effects: NoEffects,
     stats: Stats,
 }
 
+/// JSON has no infinity: null.
 #[derive(Serialize)]
-struct Lod {
-    mode: &'static str,
-    /// JSON has no infinity: null.
-    far_dist_m: Option<f64>,
-    dist_factor: f64,
-    levels: u32,
-    error_px: Option<f64>,
+#[serde(tag = "mode", rename_all = "lowercase")]
+enum LodAnswer {
+    Range {
+        far_dist_m: Option<f64>,
+        dist_factor: f64,
+        levels: u32,
+        error_px: Option<f64>,
+    },
+    Error {
+        max_error_px: f64,
+        error_px: Option<f64>,
+    },
+    Budget {
+        max_objects: u32,
+        error_px: Option<f64>,
+    },
 }
 
 #[derive(Serialize)]
@@ -121,22 +140,32 @@ struct Stats {
 fn answer<'a>(
     args: &'a QueryArgs,
     tree: &'a LodTree,
-    lod: &RangeLod,
+    lod: &Lod,
     selection: &Selection,
     retrieve_us: f64,
 ) -> Answer<'a> {
     let finite = |number: f64| number.is_finite().then_some(number);
+    let error_px = finite(selection.error_px());
     Answer {
         scene: args.file.file_stem().map(OsStr::to_string_lossy),
         revision: tree.revision(),
         count: selection.count(),
         ids: selection.objects().filter_map(|o| tree.id(o)).collect(),
-        lod: Lod {
-            mode: "range",
-            far_dist_m: finite(lod.far_dist()),
-            dist_factor: lod.dist_factor(),
-            levels: lod.level_count(),
-            error_px: finite(selection.error_px()),
+        lod: match lod {
+            Lod::Range(lod) => LodAnswer::Range {
+                far_dist_m: finite(lod.far_dist()),
+                dist_factor: lod.dist_factor(),
+                levels: lod.level_count(),
+                error_px,
+            },
+            Lod::Error(lod) => LodAnswer::Error {
+                max_error_px: lod.max_error_px(),
+                error_px,
+            },
+            Lod::Budget(lod) => LodAnswer::Budget {
+                max_objects: lod.max_objects(),
+                error_px,
+            },
         },
         effects: NoEffects {},
         stats: Stats {
