@@ -135,6 +135,18 @@ pub(super) struct SelectArgs {
     /// Past the last level: show or hide
     #[arg(long, default_value = "show")]
     pub beyond: BeyondArg,
+    /// Instead of by distance: all objects of at least this size on the screen, pixels
+    #[arg(long, conflicts_with_all = ["far_dist", "dist_factor", "levels", "beyond", "max_objects"])]
+    pub max_error_px: Option<f64>,
+    /// Instead of by distance: so many objects, the largest on the screen
+    #[arg(long, conflicts_with_all = ["far_dist", "dist_factor", "levels", "beyond"])]
+    pub max_objects: Option<u32>,
+    /// Speed of the camera, m/s; matters where the city declares motion
+    #[arg(long, default_value_t = 0.0)]
+    pub speed: f64,
+    /// Switch off an effect that the city declares; may be given more than once
+    #[arg(long, value_name = "EFFECT")]
+    pub without: Vec<EffectArg>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -144,6 +156,9 @@ pub(super) struct QueryArgs {
     /// As JSON, like the HTTP service
     #[arg(long)]
     pub json: bool,
+    /// With the pixels of each object, where the city declares occlusion
+    #[arg(long, requires = "json")]
+    pub visible_pixels: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -273,6 +288,13 @@ impl From<UpArg> for Up {
             UpArg::Z => Self::Z,
         }
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum EffectArg {
+    Motion,
+    Haze,
+    Occlusion,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

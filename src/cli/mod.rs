@@ -10,6 +10,7 @@ mod info;
 mod progress;
 mod query;
 mod render;
+mod select;
 mod serve;
 mod text;
 

@@ -3,25 +3,22 @@ use std::io::{BufWriter, Write as _};
 use anyhow::{Context, Result};
 
 use super::args::{RenderArgs, TintArg, misuse};
-use super::{query, text};
-use crate::index::{LodTree, replace_file};
-use crate::lod::{Selection, retrieve};
+use super::select::{Selected, select};
+use super::text;
+use crate::index::replace_file;
 use crate::raster::{Solid, class_colour, level_colour, paint};
 
 /// Longest side of a picture, pixels.
 const LONGEST_SIDE: u32 = 8192;
 
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
-    let lod = query::lod(&args.select, "render")?;
-    let view = query::view(&args.select, "render")?;
     let size = args.select.size.0;
     if size.iter().any(|&side| side > LONGEST_SIDE) {
         let reason = format!("--size: pictures have at most {LONGEST_SIDE} pixels a side");
         return Err(misuse("render", reason).into());
     }
-    let tree = LodTree::open_verified(&args.select.file)?;
-    let mut selection = Selection::default();
-    retrieve(&tree, &view, &lod, &mut selection);
+    let Selected { tree, view, frame } = select(&args.select, "render")?;
+    let selection = frame.selection();
     let objects = selection.objects().filter_map(|number| tree.object(number));
     let solids: Vec<Solid> = objects
         .map(|object| Solid {

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
 use super::request::Form;
-use crate::lod::{RangeLod, Selection};
+use crate::lod::{Lod, Selection};
 
 /// Header of a binary answer: how many numbers the body has.
 pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod-count");
@@ -31,12 +31,44 @@ struct Tail {
 struct NoEffects {}
 
 #[derive(Serialize)]
-struct LodTail {
-    mode: &'static str,
-    far_dist_m: Option<f64>,
-    dist_factor: f64,
-    levels: u32,
-    error_px: Option<f64>,
+#[serde(tag = "mode", rename_all = "lowercase")]
+enum LodTail {
+    Range {
+        far_dist_m: Option<f64>,
+        dist_factor: f64,
+        levels: u32,
+        error_px: Option<f64>,
+    },
+    Error {
+        max_error_px: f64,
+        error_px: Option<f64>,
+    },
+    Budget {
+        max_objects: u32,
+        error_px: Option<f64>,
+    },
+}
+
+impl LodTail {
+    fn of(lod: &Lod, error_px: f64) -> Self {
+        let error_px = finite(error_px);
+        match lod {
+            Lod::Range(lod) => Self::Range {
+                far_dist_m: finite(lod.far_dist()),
+                dist_factor: lod.dist_factor(),
+                levels: lod.level_count(),
+                error_px,
+            },
+            Lod::Error(lod) => Self::Error {
+                max_error_px: lod.max_error_px(),
+                error_px,
+            },
+            Lod::Budget(lod) => Self::Budget {
+                max_objects: lod.max_objects(),
+                error_px,
+            },
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -73,8 +105,8 @@ pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Resul
     };
     if listed as u64 > most {
         let detail = format!(
-            "{count} objects are visible; an answer may list {most} {what}: ask with a smaller \
-             far_dist_m, as ranges, or with Accept: application/octet-stream"
+            "{count} objects are visible; an answer may list {most} {what}: ask for less detail \
+             (a smaller far_dist_m, a larger max_error_px, a smaller max_objects), as ranges, or with Accept: application/octet-stream"
         );
         return Err(Problem::new(Kind::AnswerTooLarge, detail));
     }
@@ -86,21 +118,9 @@ pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Resul
 }
 
 /// The answer as JSON.
-pub fn json(
-    city: &City,
-    form: Form,
-    lod: &RangeLod,
-    selection: &Selection,
-    took: Duration,
-) -> Vec<u8> {
+pub fn json(city: &City, form: Form, lod: &Lod, selection: &Selection, took: Duration) -> Vec<u8> {
     let tail = Tail {
-        lod: LodTail {
-            mode: "range",
-            far_dist_m: finite(lod.far_dist()),
-            dist_factor: lod.dist_factor(),
-            levels: lod.level_count(),
-            error_px: finite(selection.error_px()),
-        },
+        lod: LodTail::of(lod, selection.error_px()),
         effects: NoEffects {},
         stats: StatsTail {
             nodes_visited: selection.stats().nodes_visited,

@@ -88,7 +88,7 @@ fn respond(
     }
     let mut selection = SELECTION.take();
     let start = Instant::now();
-    lod::retrieve(city.tree(), &view, &lod, &mut selection);
+    lod::select(city.tree(), &view, &lod, &mut selection);
     let took = start.elapsed();
     let form = request.output.form;
     let size = answer::size(form, binary, &selection, shared.max_answer_objects());

@@ -3,9 +3,9 @@
 
 use super::super::json::token;
 use super::super::problem::{Kind, Problem};
-use super::request::{Camera, Effects, Form, Lod, Output, Request};
+use super::request::{Camera, Effects, Form, Lod, Mode, Output, Request};
 use crate::geom::{DMat4, DQuat, DVec3, DepthRange, Orientation, Projection, View};
-use crate::lod::RangeLod;
+use crate::lod::{self, BudgetLod, ErrorLod, LodError, RangeLod};
 
 /// How members are named in problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ impl Request {
     /// # Errors
     /// 422 for alternatives that exclude each other or are all missing, and for values that
     /// cannot be.
-    pub fn resolve(&self, naming: Naming) -> Result<(View, RangeLod), Problem> {
+    pub fn resolve(&self, naming: Naming) -> Result<(View, lod::Lod), Problem> {
         let view = self.camera.view(naming)?;
         let lod = self.lod.knobs(naming)?;
         self.effects.check(naming)?;
@@ -157,10 +157,59 @@ impl Camera {
 }
 
 impl Lod {
-    fn knobs(&self, naming: Naming) -> Result<RangeLod, Problem> {
-        let far_dist = self.far_dist_m.unwrap_or(f64::INFINITY);
-        RangeLod::new(far_dist, self.dist_factor, self.levels.0, self.beyond)
-            .map_err(|error| naming.problem("lod", error.field, error.reason))
+    fn knobs(&self, naming: Naming) -> Result<lod::Lod, Problem> {
+        self.exclude(naming)?;
+        let missing = |member, detail| naming.problem("lod", member, detail);
+        let lod = match self.mode {
+            Mode::Range => self.range().map(lod::Lod::Range),
+            Mode::Error => {
+                let detail = "missing: the smallest size to draw, pixels";
+                let px = self.max_error_px;
+                let px = px.ok_or_else(|| missing("max_error_px", detail))?;
+                ErrorLod::new(px).map(lod::Lod::Error)
+            }
+            Mode::Budget => {
+                let detail = "missing: how many objects to draw at most";
+                let most = self.max_objects;
+                let most = most.ok_or_else(|| missing("max_objects", detail))?;
+                Ok(lod::Lod::Budget(BudgetLod::new(most.0)))
+            }
+        };
+        lod.map_err(|error| naming.problem("lod", error.field, error.reason))
+    }
+
+    fn range(&self) -> Result<RangeLod, LodError> {
+        let usual = RangeLod::default();
+        RangeLod::new(
+            self.far_dist_m
+                .map_or(usual.far_dist(), |far| far.unwrap_or(f64::INFINITY)),
+            self.dist_factor.unwrap_or(usual.dist_factor()),
+            self.levels.map_or(usual.level_count(), |levels| levels.0),
+            self.beyond.unwrap_or(usual.beyond()),
+        )
+    }
+
+    /// Refuses members of other modes.
+    fn exclude(&self, naming: Naming) -> Result<(), Problem> {
+        let members = [
+            (Mode::Range, "far_dist_m", self.far_dist_m.is_some()),
+            (Mode::Range, "dist_factor", self.dist_factor.is_some()),
+            (Mode::Range, "levels", self.levels.is_some()),
+            (Mode::Range, "beyond", self.beyond.is_some()),
+            (Mode::Error, "max_error_px", self.max_error_px.is_some()),
+            (Mode::Budget, "max_objects", self.max_objects.is_some()),
+        ];
+        let stray = members
+            .iter()
+            .find(|(of, _, given)| *given && *of != self.mode);
+        stray.map_or(Ok(()), |(of, member, _)| {
+            let detail = format!(
+                "belongs to mode {:?}, not to {:?}: leave it out or change the mode",
+                of.name(),
+                self.mode.name()
+            );
+            Err(naming.problem("lod", member, detail))
+        })
     }
 }
 
