@@ -1,7 +1,5 @@
 //! From a selection to bytes. Ids are stored ready for JSON, so an answer is made by copying.
 
-use std::time::Duration;
-
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
@@ -10,7 +8,9 @@ use serde::Serialize;
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
 use super::request::Form;
-use crate::lod::{Lod, Selection};
+use super::tail::Tail;
+use crate::frame::Frame;
+use crate::lod::Selection;
 
 /// Header of a binary answer: how many numbers the body has.
 pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod-count");
@@ -18,65 +18,6 @@ pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod
 pub const REVISION: header::HeaderName = header::HeaderName::from_static("x-citylod-revision");
 /// Header of a binary answer: the bound, pixels; left out when infinite.
 pub const ERROR_PX: header::HeaderName = header::HeaderName::from_static("x-citylod-error-px");
-
-/// What follows the list.
-#[derive(Serialize)]
-struct Tail {
-    lod: LodTail,
-    effects: NoEffects,
-    stats: StatsTail,
-}
-
-#[derive(Serialize)]
-struct NoEffects {}
-
-#[derive(Serialize)]
-#[serde(tag = "mode", rename_all = "lowercase")]
-enum LodTail {
-    Range {
-        far_dist_m: Option<f64>,
-        dist_factor: f64,
-        levels: u32,
-        error_px: Option<f64>,
-    },
-    Error {
-        max_error_px: f64,
-        error_px: Option<f64>,
-    },
-    Budget {
-        max_objects: u32,
-        error_px: Option<f64>,
-    },
-}
-
-impl LodTail {
-    fn of(lod: &Lod, error_px: f64) -> Self {
-        let error_px = finite(error_px);
-        match lod {
-            Lod::Range(lod) => Self::Range {
-                far_dist_m: finite(lod.far_dist()),
-                dist_factor: lod.dist_factor(),
-                levels: lod.level_count(),
-                error_px,
-            },
-            Lod::Error(lod) => Self::Error {
-                max_error_px: lod.max_error_px(),
-                error_px,
-            },
-            Lod::Budget(lod) => Self::Budget {
-                max_objects: lod.max_objects(),
-                error_px,
-            },
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct StatsTail {
-    nodes_visited: u32,
-    objects_tested: u32,
-    retrieve_us: f64,
-}
 
 #[derive(Serialize)]
 struct ObjectItem<'a> {
@@ -117,17 +58,10 @@ pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Resul
     })
 }
 
-/// The answer as JSON.
-pub fn json(city: &City, form: Form, lod: &Lod, selection: &Selection, took: Duration) -> Vec<u8> {
-    let tail = Tail {
-        lod: LodTail::of(lod, selection.error_px()),
-        effects: NoEffects {},
-        stats: StatsTail {
-            nodes_visited: selection.stats().nodes_visited,
-            objects_tested: selection.stats().objects_tested,
-            retrieve_us: took.as_nanos() as f64 / 1000.0,
-        },
-    };
+/// The answer as JSON; `with_pixels` as in [`Tail::of`].
+pub fn json(city: &City, form: Form, frame: &Frame, with_pixels: bool) -> Vec<u8> {
+    let selection = frame.selection();
+    let tail = Tail::of(frame, with_pixels);
     let mut out = Vec::with_capacity(city.head().len() + list_len(form, selection) + TAIL);
     out.extend_from_slice(city.head());
     append(&mut out, &selection.count());

@@ -1,12 +1,10 @@
 //! What is asked: a camera, the knobs, the form of the answer. As JSON, or (`query`) as
 //! parameters of the same names.
 
-use std::fmt;
-
-use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::super::json::{List, Whole, given, keyword, object};
+use super::effects::Effects;
 use crate::lod::Beyond;
 
 /// A whole request; `Body` reads it.
@@ -141,30 +139,4 @@ impl<'de> Deserialize<'de> for Form {
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     pub form: Form,
-}
-
-/// The effects asked for, by name.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Effects {
-    pub names: Vec<String>,
-}
-
-impl<'de> Deserialize<'de> for Effects {
-    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
-        struct Names;
-        impl<'de> Visitor<'de> for Names {
-            type Value = Effects;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Effects, A::Error> {
-                let mut names = Vec::new();
-                while let Some((name, IgnoredAny)) = map.next_entry()? {
-                    names.push(name);
-                }
-                Ok(Effects { names })
-            }
-        }
-        source.deserialize_map(Names)
-    }
 }

@@ -1,11 +1,12 @@
 //! From what was asked to a checked view and checked knobs: one of each alternative, and values
 //! that can be.
 
-use super::super::json::token;
 use super::super::problem::{Kind, Problem};
-use super::request::{Camera, Effects, Form, Lod, Mode, Output, Request};
+use super::request::{Camera, Form, Lod, Mode, Output, Request};
+use crate::frame::Active;
 use crate::geom::{DMat4, DQuat, DVec3, DepthRange, Orientation, Projection, View};
 use crate::lod::{self, BudgetLod, ErrorLod, LodError, RangeLod};
+use crate::scene;
 
 /// How members are named in problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +18,7 @@ pub enum Naming {
 }
 
 impl Naming {
-    fn problem(self, group: &str, member: &str, detail: impl Into<String>) -> Problem {
+    pub fn problem(self, group: &str, member: &str, detail: impl Into<String>) -> Problem {
         let place = match self {
             Self::Pointer => format!("/{group}/{member}"),
             Self::Parameter => member.split('/').next().unwrap_or_default().to_owned(),
@@ -26,17 +27,31 @@ impl Naming {
     }
 }
 
+impl Naming {
+    /// A setting of an effect: `/effects/motion/speed_mps` in a body, `speed_mps` in a query.
+    pub fn setting(self, member: &str, detail: impl Into<String>) -> Problem {
+        match (self, member.rsplit_once('/')) {
+            (Self::Parameter, Some((_, setting))) => self.problem("effects", setting, detail),
+            _ => self.problem("effects", member, detail),
+        }
+    }
+}
+
 impl Request {
-    /// The view and the knobs.
+    /// The view, the knobs and, of the effects that the scene declares, those of the frame.
     ///
     /// # Errors
     /// 422 for alternatives that exclude each other or are all missing, and for values that
     /// cannot be.
-    pub fn resolve(&self, naming: Naming) -> Result<(View, lod::Lod), Problem> {
+    pub fn resolve(
+        &self,
+        declared: &scene::Effects,
+        naming: Naming,
+    ) -> Result<(View, lod::Lod, Active), Problem> {
         let view = self.camera.view(naming)?;
         let lod = self.lod.knobs(naming)?;
-        self.effects.check(naming)?;
-        Ok((view, lod))
+        let active = self.effects.active(declared, naming)?;
+        Ok((view, lod, active))
     }
 }
 
@@ -225,15 +240,5 @@ impl Output {
         let detail = "a binary answer lists object numbers: leave out the form, or accept \
                       application/json";
         Err(naming.problem("output", "form", detail))
-    }
-}
-
-impl Effects {
-    fn check(&self, naming: Naming) -> Result<(), Problem> {
-        let Some(name) = self.names.first() else {
-            return Ok(());
-        };
-        let detail = format!("the scene does not declare the effect {name:?}");
-        Err(naming.problem("effects", &token(name), detail))
     }
 }
