@@ -10,6 +10,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
     let experiments = match args.name {
         ExperimentArg::All => &Experiment::ALL[..],
         ExperimentArg::FarDist => &[Experiment::FarDist],
+        ExperimentArg::Views => &[Experiment::Views],
         ExperimentArg::Scaling => &[Experiment::Scaling],
     };
     let options = Options {
@@ -17,7 +18,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
         largest: args.largest,
     };
     if matches!(args.name, ExperimentArg::Scaling) && !args.city.is_empty() {
-        bail!("--city goes with far-dist: scaling makes its cities itself");
+        bail!("--city goes with far-dist and views: scaling makes its cities itself");
     }
     let mut out = io::stdout().lock();
     let mut reports = Vec::new();
@@ -48,7 +49,9 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
 /// One object: an experiment's own, or each of all under its name.
 fn json(name: ExperimentArg, reports: &[Report]) -> serde_json::Value {
     match (name, reports) {
-        (ExperimentArg::FarDist | ExperimentArg::Scaling, [report]) => report.json.clone(),
+        (ExperimentArg::FarDist | ExperimentArg::Views | ExperimentArg::Scaling, [report]) => {
+            report.json.clone()
+        }
         _ => reports
             .iter()
             .map(|report| (report.name.to_owned(), report.json.clone()))

@@ -44,8 +44,6 @@ pub(super) fn name(path: &Path) -> String {
 /// directions each: "the viewpoint close to the ground, the line of sight level" (Gong, 2.3).
 pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, ReportError> {
     const HEIGHT_M: f64 = 60.0;
-    /// The golden angle spreads places evenly without lining them up.
-    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
     let middle = densest(tree);
     let size = tree.bounds().size();
     let spread = size.x.min(size.y) * 0.06;
@@ -53,11 +51,10 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
         near: 0.1,
         far: None,
     };
-    (0..places)
-        .flat_map(|place| {
+    (0_u32..)
+        .zip(spiral(middle, spread, places))
+        .flat_map(|(place, eye)| {
             let turn = f64::from(place) * GOLDEN_ANGLE;
-            let out = spread * (f64::from(place) / f64::from(places)).sqrt();
-            let eye = middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0);
             let eye = eye.with_z(tree.bounds().min().z + HEIGHT_M);
             (0..4).map(move |quarter| {
                 let heading = turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
@@ -77,8 +74,20 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
         .collect()
 }
 
+/// Spreads places evenly without lining them up.
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
+/// `places` places within `spread` metres about a middle.
+pub(super) fn spiral(middle: DVec3, spread: f64, places: u32) -> impl Iterator<Item = DVec3> {
+    (0..places).map(move |place| {
+        let turn = f64::from(place) * GOLDEN_ANGLE;
+        let out = spread * (f64::from(place) / f64::from(places)).sqrt();
+        middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0)
+    })
+}
+
 /// Median midpoint of the objects: a few far-off ones do not move it.
-fn densest(tree: &LodTree) -> DVec3 {
+pub(super) fn densest(tree: &LodTree) -> DVec3 {
     let exact = tree.arrays().object_boxes;
     let step = exact.len().div_ceil(100_000).max(1);
     let axis = |axis: usize| {

@@ -9,28 +9,32 @@ mod plot;
 mod report;
 mod scaling;
 mod timing;
+mod views;
 
 use std::path::PathBuf;
 
-pub use report::{Report, ReportError, write_index};
+pub use report::{Report, ReportError, ReportPicture, write_index};
 
 /// What can be asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Experiment {
     /// Objects drawn against `far_dist` (Gong, figure 4).
     FarDist,
+    /// Level, far and near views with and without LOD (Gong, figures 1 to 3).
+    Views,
     /// Cost against the number of objects.
     Scaling,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 2] = [Self::FarDist, Self::Scaling];
+    pub const ALL: [Self; 3] = [Self::FarDist, Self::Views, Self::Scaling];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
         match self {
             Self::FarDist => "far-dist",
+            Self::Views => "views",
             Self::Scaling => "scaling",
         }
     }
@@ -59,6 +63,7 @@ pub fn run(
 ) -> Result<Report, ReportError> {
     match experiment {
         Experiment::FarDist => far_dist::run(options, progress),
+        Experiment::Views => views::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
     }
 }

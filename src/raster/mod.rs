@@ -15,6 +15,5 @@ mod projector;
 mod shadow;
 
 pub use id_buffer::{IdBuffer, NONE};
-pub use palette::{class_colour, level_colour};
 pub use picture::{Picture, Solid, paint};
 pub use projector::{LONGEST_SIDE, Projector, Ray};

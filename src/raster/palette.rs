@@ -36,7 +36,7 @@ const TREES: [u32; 4] = [0x74_9257, 0x66_864e, 0x80_9a5c, 0x5d_7d4c];
 
 /// The colour of a kind of thing by its `CityJSON` type; kinds that come in many colours take one
 /// by `variant`, any number.
-pub fn class_colour(class: &str, variant: u32) -> Vec3 {
+pub(super) fn class_colour(class: &str, variant: u32) -> Vec3 {
     let class = class.trim_start_matches('+');
     let pick =
         |colours: &[u32]| colours[variant.wrapping_mul(0x9e37_79b9) as usize % colours.len()];
@@ -63,7 +63,7 @@ pub fn class_colour(class: &str, variant: u32) -> Vec3 {
 
 /// The colour of a level of detail, 0 the finest: blue, green, orange, red, purple, tellable apart
 /// with colour blindness (after Okabe and Ito, 2008); coarser levels share the last.
-pub fn level_colour(level: u32) -> Vec3 {
+pub(super) fn level_colour(level: u32) -> Vec3 {
     const LEVELS: [u32; 7] = [
         0xe6_e2d8, 0x8c_c5e3, 0x45_a88a, 0xf0_c75e, 0xe0_8a3c, 0xc8_5250, 0x7a_4f8f,
     ];
