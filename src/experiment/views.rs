@@ -146,12 +146,13 @@ fn level(tree: &LodTree) -> Result<View, ReportError> {
     }
 }
 
-/// All of the city's middle, from farther than the finest level reaches.
+/// The city's middle, from more than twice as far away as the finest level reaches.
 fn far(tree: &LodTree) -> Result<View, ReportError> {
     let middle = city::densest(tree).with_z(tree.bounds().min().z);
-    let size = tree.bounds().size();
-    let away = size.x.min(size.y).max(6.0 * FAR_DIST_M) * 0.5;
-    camera(middle + DVec3::new(0.35, -1.0, 0.75) * away, middle)
+    camera(
+        middle + DVec3::new(0.35, -1.0, 0.7) * (2.2 * FAR_DIST_M),
+        middle,
+    )
 }
 
 /// A place among low houses, from above them, so near that nothing seen is beyond `far_dist`.

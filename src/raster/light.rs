@@ -32,10 +32,10 @@ impl Light {
         let level = ahead * TO_THE_LEFT.cos() + left * TO_THE_LEFT.sin();
         Self {
             sun: level * ELEVATION.cos() + DVec3::Z * ELEVATION.sin(),
-            sunlight: Vec3::new(1.0, 0.92, 0.78) * 1.22,
+            sunlight: Vec3::new(1.0, 0.91, 0.76) * 1.42,
             zenith: srgb(0x6f_9fd0),
             horizon: srgb(0xdf_e6ea),
-            haze: [seen_m.start, (seen_m.end - seen_m.start).max(1000.0) / 0.8],
+            haze: [seen_m.start, (seen_m.end - seen_m.start).max(1000.0) / 0.55],
         }
     }
 
@@ -84,7 +84,7 @@ pub(super) fn storeys(
     footprint: f64,
 ) -> Vec3 {
     const STOREY_M: f64 = 3.2;
-    const WINDOW: [(f64, f64); 2] = [(0.22, 0.78), (0.30, 0.80)];
+    const WINDOW: [(f64, f64); 2] = [(0.28, 0.72), (0.26, 0.80)];
     const STRENGTH: f32 = 0.34;
     let place = |at: f64, whole: f64| {
         let cells = (whole / STOREY_M).round().max(1.0);

@@ -18,7 +18,7 @@ pub(super) fn srgb(hex: u32) -> Vec3 {
 /// The 8-bit sRGB value of linear light.
 pub(super) fn encode(linear: Vec3) -> [u8; 3] {
     linear.to_array().map(|c| {
-        let c = c.clamp(0.0, 1.0);
+        let c = toned(c.max(0.0));
         let encoded = if c <= 0.003_130_8 {
             c * 12.92
         } else {
@@ -26,6 +26,16 @@ pub(super) fn encode(linear: Vec3) -> [u8; 3] {
         };
         (encoded * 255.0).round() as u8
     })
+}
+
+/// Bends light beyond 0.6 towards 1, which it never reaches, so that lit walls keep their hue.
+fn toned(light: f32) -> f32 {
+    const KNEE: f32 = 0.6;
+    if light <= KNEE {
+        light
+    } else {
+        1.0 - (1.0 - KNEE) * (-(light - KNEE) / (1.0 - KNEE)).exp()
+    }
 }
 
 /// Walls and roofs of buildings: limewash, sandstone, plaster, concrete, a little brick.
