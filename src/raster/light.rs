@@ -7,6 +7,11 @@ use glam::Vec3;
 use super::palette::srgb;
 use crate::geom::DVec3;
 
+/// Height of the sun above the horizon, radians.
+const ELEVATION: f64 = 0.68;
+/// Length of a shadow on the ground for a height of 1: more than 1 / tan 0.68.
+pub(super) const LONGEST_SHADOW: f64 = 1.25;
+
 /// Everything about the weather.
 #[derive(Debug, Clone)]
 pub(super) struct Light {
@@ -25,7 +30,6 @@ impl Light {
     /// that of two walls seen one is lit; of what is seen, between these distances, the near end is
     /// clear and the far end well in the haze.
     pub(super) fn afternoon(forward: DVec3, seen_m: Range<f64>) -> Self {
-        const ELEVATION: f64 = 0.68;
         const TO_THE_LEFT: f64 = 2.25;
         let ahead = forward.with_z(0.0).try_normalize().unwrap_or(DVec3::Y);
         let left = DVec3::Z.cross(ahead);

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::light::{Light, ground, storeys};
+use super::light::{LONGEST_SHADOW, Light, ground, storeys};
 use super::palette::{class_colour, encode, level_colour};
 use super::projector::{Projector, Ray};
 use super::shadow::Shadows;
@@ -273,9 +273,11 @@ fn albedo(solid: &Solid, hit: &Hit, pixel: f64) -> Vec3 {
 /// Pixels between those that shadow maps are fitted to.
 const SHADOW_STEP: usize = 8;
 
+/// Whether a point lies where the city's shadow may fall.
 fn over(city: &Aabb, point: DVec3) -> bool {
-    let [x, y] = [0, 1].map(|i| (city.min()[i]..=city.max()[i]).contains(&point[i]));
-    x && y
+    let reach = city.size().z * LONGEST_SHADOW;
+    let off = (city.min() - point).max(point - city.max());
+    off.x <= reach && off.y <= reach
 }
 
 /// The face of a box that a point lies on, of those that turn against the ray.

@@ -71,7 +71,7 @@ fn a_tower_is_seen_and_throws_a_shadow() {
     };
     // The sun stands to the left.
     assert_eq!(count(0..70), 0);
-    assert!(count(90..160) > 20, "{}", count(90..160));
+    assert!(count(88..160) > 10, "{}", count(88..160));
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn render_writes_the_picture_that_was_asked_for() {
     let desk = Desk::new();
     desk.out("generate --objects 3000 -o city.citylod");
     let shoot = |flags: &str, name: &str| {
-        let run = desk.run(&format!("render city.citylod {CAMERA} {flags} -o {name}"));
+        let run = desk.run(format!("render city.citylod {CAMERA} -o {name} {flags}").trim_end());
         assert_eq!(run.code, Some(0), "{}", run.err);
         assert!(
             run.err.contains(name) && run.err.contains("of 3,000 objects"),
