@@ -33,7 +33,7 @@ pub(super) enum Command {
     Serve(ServeArgs),
     /// Draw a picture of the objects a camera calls for
     Render(RenderArgs),
-    /// Measure and plot: far-dist, scaling or all
+    /// Measure, plot and picture: far-dist, views, scaling or all
     Experiment(ExperimentArgs),
 }
 
@@ -252,7 +252,7 @@ fn at_least_one(text: &str) -> Result<usize, String> {
 pub(super) struct ExperimentArgs {
     /// Which one
     pub name: ExperimentArg,
-    /// Also write csv, svg and json into this folder
+    /// Also write csv, json, plots and pictures into this folder
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// One JSON object instead of a table
@@ -270,6 +270,7 @@ pub(super) struct ExperimentArgs {
 pub(super) enum ExperimentArg {
     All,
     FarDist,
+    Views,
     Scaling,
     Effects,
     Stability,

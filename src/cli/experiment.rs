@@ -10,6 +10,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
     let experiments = match args.name {
         ExperimentArg::All => &Experiment::ALL[..],
         ExperimentArg::FarDist => &[Experiment::FarDist],
+        ExperimentArg::Views => &[Experiment::Views],
         ExperimentArg::Scaling => &[Experiment::Scaling],
         ExperimentArg::Effects => &[Experiment::Effects],
         ExperimentArg::Stability => &[Experiment::Stability],
@@ -21,7 +22,9 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
     };
     let own_cities = matches!(args.name, ExperimentArg::Scaling | ExperimentArg::Stability);
     if own_cities && !args.city.is_empty() {
-        bail!("--city goes with far-dist: scaling and stability make their cities themselves");
+        bail!(
+            "--city goes with far-dist and views: scaling and stability make their cities themselves"
+        );
     }
     let mut out = io::stdout().lock();
     let mut reports = Vec::new();

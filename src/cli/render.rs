@@ -6,7 +6,7 @@ use super::args::{RenderArgs, TintArg, misuse};
 use super::select::{Selected, select};
 use super::text;
 use crate::index::replace_file;
-use crate::raster::{Solid, class_colour, level_colour, paint};
+use crate::raster::{Solid, paint};
 
 /// Longest side of a picture, pixels.
 const LONGEST_SIDE: u32 = 8192;
@@ -21,12 +21,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let selection = frame.selection();
     let objects = selection.objects().filter_map(|number| tree.object(number));
     let solids: Vec<Solid> = objects
-        .map(|object| Solid {
-            bounds: object.bounds,
-            colour: match args.tint {
-                TintArg::Class => class_colour(object.class, crc32fast::hash(object.id.as_bytes())),
-                TintArg::Level => level_colour(object.level),
-            },
+        .map(|object| match args.tint {
+            TintArg::Class => Solid::by_class(object.bounds, object.class, &object.id),
+            TintArg::Level => Solid::by_level(object.bounds, object.class, object.level),
         })
         .collect();
     let ground_z = tree.bounds().min().z;

@@ -59,11 +59,10 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
         near: 0.1,
         far: None,
     };
-    (0..places)
-        .flat_map(|place| {
+    (0_u32..)
+        .zip(spiral(middle, spread, places))
+        .flat_map(|(place, eye)| {
             let turn = f64::from(place) * GOLDEN_ANGLE;
-            let out = spread * (f64::from(place) / f64::from(places)).sqrt();
-            let eye = middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0);
             let eye = eye.with_z(tree.bounds().min().z + HEIGHT_M);
             (0..4).map(move |quarter| {
                 let heading = turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
@@ -81,6 +80,15 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
             })
         })
         .collect()
+}
+
+/// `places` places within `spread` metres about a middle.
+pub(super) fn spiral(middle: DVec3, spread: f64, places: u32) -> impl Iterator<Item = DVec3> {
+    (0..places).map(move |place| {
+        let turn = f64::from(place) * GOLDEN_ANGLE;
+        let out = spread * (f64::from(place) / f64::from(places)).sqrt();
+        middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0)
+    })
 }
 
 /// Median midpoint of the objects: a few far-off ones do not move it.

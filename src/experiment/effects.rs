@@ -332,5 +332,6 @@ fn report(objects: u32, rows: &[Row], resolutions: &[Resolution]) -> Result<Repo
             "circumstances": circumstances(&parameters),
         }),
         svg: plot::log_log(&labels, &series)?,
+        pictures: vec![],
     })
 }

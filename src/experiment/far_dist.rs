@@ -171,5 +171,6 @@ fn report(cities: &[City]) -> Result<Report, ReportError> {
         rows,
         json: json!({ "scenes": scenes, "circumstances": circumstances(&parameters) }),
         svg: plot::log_log(&labels, &series)?,
+        pictures: Vec::new(),
     })
 }

@@ -13,16 +13,19 @@ mod scaling;
 pub mod stability;
 mod street;
 mod timing;
+mod views;
 
 use std::path::PathBuf;
 
-pub use report::{Report, ReportError, write_index};
+pub use report::{Report, ReportError, ReportPicture, write_index};
 
 /// What can be asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Experiment {
     /// Objects drawn against `far_dist` (Gong, figure 4).
     FarDist,
+    /// Level, far and near views with and without LOD (Gong, figures 1 to 3).
+    Views,
     /// Cost against the number of objects.
     Scaling,
     /// Cost of each effect, declared and not.
@@ -33,12 +36,19 @@ pub enum Experiment {
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 4] = [Self::FarDist, Self::Scaling, Self::Stability, Self::Effects];
+    pub const ALL: [Self; 5] = [
+        Self::FarDist,
+        Self::Views,
+        Self::Scaling,
+        Self::Stability,
+        Self::Effects,
+    ];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
         match self {
             Self::FarDist => "far-dist",
+            Self::Views => "views",
             Self::Scaling => "scaling",
             Self::Effects => "effects",
             Self::Stability => "stability",
@@ -71,6 +81,7 @@ pub fn run(
 ) -> Result<Report, ReportError> {
     match experiment {
         Experiment::FarDist => far_dist::run(options, progress),
+        Experiment::Views => views::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
         Experiment::Effects => effects::run(options, progress),
         Experiment::Stability => stability::run(progress),

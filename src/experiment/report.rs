@@ -23,8 +23,21 @@ pub struct Report {
     pub rows: Vec<Vec<String>>,
     /// Everything, for programs.
     pub json: Value,
-    /// The plot.
+    /// The plot; empty where pictures take its place.
     pub svg: String,
+    /// What was seen.
+    pub pictures: Vec<ReportPicture>,
+}
+
+/// A picture of a report.
+#[derive(Debug, Clone)]
+pub struct ReportPicture {
+    /// Name of its file, which ends in `.png`.
+    pub file: String,
+    /// What it shows.
+    pub caption: String,
+    /// The file.
+    pub png: Vec<u8>,
 }
 
 /// Why an experiment could not be run or kept.
@@ -99,29 +112,38 @@ impl Report {
         out
     }
 
-    /// Writes `NAME.csv`, `NAME.svg` and `NAME.json` into a folder, which is made if need be.
+    /// Writes `NAME.csv`, `NAME.json`, `NAME.svg` if there is a plot, and the pictures into a
+    /// folder, which is made if need be.
     ///
     /// # Errors
     /// [`ReportError::Write`] naming the file.
     pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
-        let write = |path: PathBuf, text: &str| {
-            std::fs::write(&path, text).map_err(|source| ReportError::Write { path, source })
+        let write = |path: PathBuf, bytes: &[u8]| {
+            std::fs::write(&path, bytes).map_err(|source| ReportError::Write { path, source })
         };
         std::fs::create_dir_all(folder).map_err(|source| ReportError::Write {
             path: folder.to_owned(),
             source,
         })?;
         let file = |extension: &str| folder.join(format!("{}.{extension}", self.name));
-        write(file("csv"), &self.to_csv())?;
-        write(file("svg"), &self.svg)?;
-        write(file("json"), &format!("{:#}\n", self.json))
+        write(file("csv"), self.to_csv().as_bytes())?;
+        if !self.svg.is_empty() {
+            write(file("svg"), self.svg.as_bytes())?;
+        }
+        for picture in &self.pictures {
+            write(folder.join(&picture.file), &picture.png)?;
+        }
+        write(file("json"), format!("{:#}\n", self.json).as_bytes())
     }
 }
 
 /// A page that shows the reports in a folder with their plots.
 fn page(reports: &[Report]) -> String {
     let escaped = |text: &str| {
-        let text = text.replace('&', "&amp;").replace('<', "&lt;");
+        let text = text
+            .replace('&', "&amp;")
+            .replace('<', "&lt;")
+            .replace('"', "&quot;");
         text.replace('\n', "<br>")
     };
     let row = |cells: &mut dyn Iterator<Item = &str>, tag: &str| {
@@ -133,19 +155,30 @@ fn page(reports: &[Report]) -> String {
         let head = row(&mut report.columns.iter().copied(), "th");
         let rows = report.rows.iter();
         let rows = rows.map(|cells| row(&mut cells.iter().map(String::as_str), "td"));
+        let plot = if report.svg.is_empty() {
+            String::new()
+        } else {
+            format!("<img src=\"{name}.svg\" alt=\"{name}\">")
+        };
+        let pictures = report.pictures.iter().map(|ReportPicture { file, caption, .. }| {
+            let (file, caption) = (escaped(file), escaped(caption));
+            format!("<figure><img src=\"{file}\" alt=\"\"><figcaption>{caption}</figcaption></figure>")
+        });
         format!(
-            "<h2>{name}</h2><p>{}</p><img src=\"{name}.svg\" alt=\"{name}\">\
+            "<h2>{name}</h2><p>{}</p>{plot}<div class=\"pictures\">{}</div>\
              <div class=\"wide\"><table>{head}{}</table></div>\
              <p>Repeat it: <code>citylod experiment {name} --out .</code> · \
              <a href=\"{name}.csv\">csv</a> · <a href=\"{name}.json\">json</a></p>",
             escaped(&report.text),
+            pictures.collect::<String>(),
             rows.collect::<String>()
         )
     });
     format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>citylod experiments</title>\
          <style>body{{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}}\
-         img{{max-width:100%}}.wide{{overflow-x:auto}}table{{border-collapse:collapse;font-size:.85rem}}\
+         img{{max-width:100%}}figure{{margin:0}}figcaption{{font-size:.85rem;color:#555}}\
+         .pictures{{display:grid;grid-template-columns:repeat(auto-fit,minmax(18rem,1fr));gap:.8rem}}.wide{{overflow-x:auto}}table{{border-collapse:collapse;font-size:.85rem}}\
          td,th{{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}}</style>\
          <h1>citylod experiments</h1>{}</html>\n",
         sections.collect::<String>()

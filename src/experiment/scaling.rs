@@ -328,6 +328,7 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
         ),
         columns: COLUMNS.to_vec(),
         rows: rows.iter().map(Row::cells).collect(),
+        pictures: Vec::new(),
         json: json!({
             "rows": rows.iter().map(Row::record).collect::<Vec<_>>(),
             "circumstances": circumstances(&parameters),

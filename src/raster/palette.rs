@@ -18,7 +18,7 @@ pub(super) fn srgb(hex: u32) -> Vec3 {
 /// The 8-bit sRGB value of linear light.
 pub(super) fn encode(linear: Vec3) -> [u8; 3] {
     linear.to_array().map(|c| {
-        let c = c.clamp(0.0, 1.0);
+        let c = toned(c.max(0.0));
         let encoded = if c <= 0.003_130_8 {
             c * 12.92
         } else {
@@ -26,6 +26,16 @@ pub(super) fn encode(linear: Vec3) -> [u8; 3] {
         };
         (encoded * 255.0).round() as u8
     })
+}
+
+/// Bends light beyond 0.6 towards 1, which it never reaches, so that lit walls keep their hue.
+fn toned(light: f32) -> f32 {
+    const KNEE: f32 = 0.6;
+    if light <= KNEE {
+        light
+    } else {
+        1.0 - (1.0 - KNEE) * (-(light - KNEE) / (1.0 - KNEE)).exp()
+    }
 }
 
 /// Walls and roofs of buildings: limewash, sandstone, plaster, concrete, a little brick.
@@ -36,7 +46,7 @@ const TREES: [u32; 4] = [0x74_9257, 0x66_864e, 0x80_9a5c, 0x5d_7d4c];
 
 /// The colour of a kind of thing by its `CityJSON` type; kinds that come in many colours take one
 /// by `variant`, any number.
-pub fn class_colour(class: &str, variant: u32) -> Vec3 {
+pub(super) fn class_colour(class: &str, variant: u32) -> Vec3 {
     let class = class.trim_start_matches('+');
     let pick =
         |colours: &[u32]| colours[variant.wrapping_mul(0x9e37_79b9) as usize % colours.len()];
@@ -63,7 +73,7 @@ pub fn class_colour(class: &str, variant: u32) -> Vec3 {
 
 /// The colour of a level of detail, 0 the finest: blue, green, orange, red, purple, tellable apart
 /// with colour blindness (after Okabe and Ito, 2008); coarser levels share the last.
-pub fn level_colour(level: u32) -> Vec3 {
+pub(super) fn level_colour(level: u32) -> Vec3 {
     const LEVELS: [u32; 7] = [
         0xe6_e2d8, 0x8c_c5e3, 0x45_a88a, 0xf0_c75e, 0xe0_8a3c, 0xc8_5250, 0x7a_4f8f,
     ];

@@ -5,20 +5,45 @@ use std::io::{self, Write};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::light::{Light, ground};
-use super::palette::encode;
+use super::light::{LONGEST_SHADOW, Light, ground, storeys};
+use super::palette::{class_colour, encode, level_colour};
 use super::projector::{Projector, Ray};
 use super::shadow::Shadows;
 use super::{IdBuffer, NONE};
 use crate::geom::{Aabb, DVec3, View};
 
-/// A box in a colour.
+/// A box as it is painted.
 #[derive(Debug, Clone, Copy)]
 pub struct Solid {
-    /// What is drawn.
-    pub bounds: Aabb,
-    /// Share of light it sends back, linear red, green, blue, each 0 to 1.
-    pub colour: Vec3,
+    pub(super) bounds: Aabb,
+    /// Share of light it sends back.
+    pub(super) colour: Vec3,
+    /// Whether its walls show storeys.
+    pub(super) storeys: bool,
+}
+
+impl Solid {
+    /// In the colours of its kind; the id picks one of several.
+    pub fn by_class(bounds: Aabb, class: &str, id: &str) -> Self {
+        Self {
+            bounds,
+            colour: class_colour(class, crc32fast::hash(id.as_bytes())),
+            storeys: has_storeys(class),
+        }
+    }
+
+    /// In the colour of its level of detail, 0 the finest.
+    pub fn by_level(bounds: Aabb, class: &str, level: u32) -> Self {
+        Self {
+            bounds,
+            colour: level_colour(level),
+            storeys: has_storeys(class),
+        }
+    }
+}
+
+fn has_storeys(class: &str) -> bool {
+    class.starts_with("Building")
 }
 
 /// Rows of pixels, red, green, blue, 8 bits each in sRGB, from the top.
@@ -105,7 +130,7 @@ impl<'a> Painter<'a> {
             buffer,
             solids,
             ground_z,
-            light: Light::afternoon(middle.direction, 1.0),
+            light: Light::afternoon(middle.direction, 0.0..0.0),
             shadows: Shadows::new(&[], &[], DVec3::Z),
         };
         let city = solids
@@ -122,8 +147,11 @@ impl<'a> Painter<'a> {
             .map(|hit| (hit.depth, hit.point))
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let reach = points.get(points.len().saturating_sub(1 + points.len() / 50));
-        painter.light = Light::afternoon(middle.direction, reach.map_or(1e3, |p| p.0.max(1e3)));
+        let at = |share: f64| {
+            let place = (points.len() as f64 * share) as usize;
+            points.get(place).map_or(0.0, |point| point.0)
+        };
+        painter.light = Light::afternoon(middle.direction, at(0.02)..at(0.98));
         painter.shadows = Shadows::new(solids, &points, painter.light.sun);
         painter
     }
@@ -183,7 +211,7 @@ impl<'a> Painter<'a> {
         let pixel =
             ((next.origin - ray.origin) + (next.direction - ray.direction) * hit.depth).length();
         let albedo = match hit.solid {
-            Some(id) => self.solids[id as usize].colour,
+            Some(id) => albedo(&self.solids[id as usize], &hit, pixel),
             None => ground(hit.point, pixel / direction.z.abs().max(1e-3)),
         };
         let lit = self.shadows.light(hit.depth, hit.point, hit.normal);
@@ -227,12 +255,29 @@ impl<'a> Painter<'a> {
     }
 }
 
+/// The colour of a box at a point of its surface, for a pixel of this many metres.
+fn albedo(solid: &Solid, hit: &Hit, pixel: f64) -> Vec3 {
+    if !solid.storeys || hit.normal.z != 0.0 {
+        return solid.colour;
+    }
+    let along = usize::from(hit.normal.x != 0.0);
+    let (from, size) = (hit.point - solid.bounds.min(), solid.bounds.size());
+    storeys(
+        solid.colour,
+        [from[along], from.z],
+        [size[along], size.z],
+        pixel,
+    )
+}
+
 /// Pixels between those that shadow maps are fitted to.
 const SHADOW_STEP: usize = 8;
 
+/// Whether a point lies where the city's shadow may fall.
 fn over(city: &Aabb, point: DVec3) -> bool {
-    let [x, y] = [0, 1].map(|i| (city.min()[i]..=city.max()[i]).contains(&point[i]));
-    x && y
+    let reach = city.size().z * LONGEST_SHADOW;
+    let off = (city.min() - point).max(point - city.max());
+    off.x <= reach && off.y <= reach
 }
 
 /// The face of a box that a point lies on, of those that turn against the ray.

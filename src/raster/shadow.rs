@@ -8,7 +8,7 @@ use super::projector::{DEPTH, Projector, X, Y};
 use super::{IdBuffer, Solid};
 use crate::geom::{DVec2, DVec3, DepthRange, Orientation, Projection, View};
 
-const MAP_SIDE: u32 = 1536;
+const MAP_SIDE: u32 = 2048;
 const SLICES: usize = 3;
 
 pub(super) struct Shadows {
@@ -47,10 +47,8 @@ impl Shadows {
     /// Share of the sun's light that reaches a point of a surface, 0 to 1.
     pub(super) fn light(&self, depth: f64, point: DVec3, normal: DVec3) -> f32 {
         let first = slice_of(&self.limits, depth).min(self.maps.len().saturating_sub(1));
-        let maps = self.maps.iter().skip(first);
-        maps.filter_map(|map| map.light(point, normal))
-            .next()
-            .unwrap_or(1.0)
+        let mut maps = self.maps.iter().skip(first);
+        maps.find_map(|map| map.light(point, normal)).unwrap_or(1.0)
     }
 }
 

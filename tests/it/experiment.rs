@@ -81,3 +81,37 @@ fn a_city_of_ones_own_is_measured_too() {
     assert_eq!(run.code, Some(1));
     assert!(run.err.contains("none.citylod: cannot open"), "{}", run.err);
 }
+
+#[test]
+fn views_come_with_counts_and_pictures() {
+    let desk = Desk::new();
+    desk.out("generate --objects 3000 --seed 5 -o own.citylod");
+    let report = desk.json("experiment views --city own.citylod --json --out seen");
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2 * 3 * 2);
+    for pair in rows.chunks(2) {
+        let [all, some] = pair else {
+            panic!("rows come in pairs");
+        };
+        assert_eq!(all["view"], some["view"]);
+        assert_eq!([&all["lod"], &some["lod"]], [false, true]);
+        let (all, fewer) = (number(all, "count"), number(some, "count"));
+        assert!(fewer > 0.0 && fewer <= all);
+        // Near, all is within the finest level's range; elsewhere it is not.
+        assert_eq!(fewer == all, some["view"] == "near", "{some}");
+    }
+    let png = |name: &str| std::fs::read(desk.path("seen").join(name)).unwrap();
+    for city in ["generated", "own"] {
+        let picture = |view: &str, what: &str| png(&format!("views-{city}-{view}-{what}.png"));
+        for view in ["level", "far", "near"] {
+            let [all, some, levels] =
+                ["without-lod", "with-lod", "levels"].map(|what| picture(view, what));
+            assert!(all.starts_with(b"\x89PNG\r\n\x1a\n"));
+            assert_eq!(all == some, view == "near");
+            assert_ne!(some, levels);
+        }
+    }
+    assert!(!desk.path("seen/views.svg").exists());
+    let csv = std::fs::read_to_string(desk.path("seen/views.csv")).unwrap();
+    assert!(csv.starts_with("city,view,lod,count"), "{csv}");
+}

@@ -41,6 +41,8 @@ mod numerics;
 mod oracle;
 /// Answers over HTTP against a program in another language.
 mod other_language;
+/// Pictures: what `render` writes, refuses, and shows where.
+mod picture;
 /// The id-buffer: its laws, and every pixel against a ray cast through its centre.
 mod raster;
 /// Real cities, from import to answer.

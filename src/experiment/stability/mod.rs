@@ -140,5 +140,6 @@ fn report(rows: &[(&'static str, Tally)], all: &Tally) -> Result<Report, ReportE
         rows: cells.collect(),
         json,
         svg,
+        pictures: vec![],
     })
 }
