@@ -223,6 +223,7 @@ pub(super) enum ExperimentArg {
     All,
     FarDist,
     Scaling,
+    Culling,
     Stability,
 }
 

@@ -11,6 +11,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
         ExperimentArg::All => &Experiment::ALL[..],
         ExperimentArg::FarDist => &[Experiment::FarDist],
         ExperimentArg::Scaling => &[Experiment::Scaling],
+        ExperimentArg::Culling => &[Experiment::Culling],
         ExperimentArg::Stability => &[Experiment::Stability],
     };
     let options = Options {
@@ -19,7 +20,9 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
     };
     let own_cities = matches!(args.name, ExperimentArg::Scaling | ExperimentArg::Stability);
     if own_cities && !args.city.is_empty() {
-        bail!("--city goes with far-dist: scaling and stability make their cities themselves");
+        bail!(
+            "--city goes with far-dist and culling: scaling and stability make their cities themselves"
+        );
     }
     let mut out = io::stdout().lock();
     let mut reports = Vec::new();

@@ -3,6 +3,7 @@
 //! Each experiment is one file. Timings are medians beside a baseline measured in the same run.
 
 mod city;
+mod culling;
 pub mod exact;
 mod far_dist;
 mod fit;
@@ -23,19 +24,22 @@ pub enum Experiment {
     FarDist,
     /// Cost against the number of objects.
     Scaling,
+    /// Methods of culling: what they cost and what they keep.
+    Culling,
     /// Promises about rounding, against exact arithmetic.
     Stability,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 3] = [Self::FarDist, Self::Scaling, Self::Stability];
+    pub const ALL: [Self; 4] = [Self::FarDist, Self::Scaling, Self::Culling, Self::Stability];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
         match self {
             Self::FarDist => "far-dist",
             Self::Scaling => "scaling",
+            Self::Culling => "culling",
             Self::Stability => "stability",
         }
     }
@@ -65,6 +69,7 @@ pub fn run(
     match experiment {
         Experiment::FarDist => far_dist::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
+        Experiment::Culling => culling::run(options, progress),
         Experiment::Stability => stability::run(progress),
     }
 }
