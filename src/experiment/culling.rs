@@ -1,6 +1,8 @@
 //! What exact culling costs, and what fast culling keeps without need: methods against exact
 //! arithmetic, over all boxes of a city and over those at the borders of what is seen.
 
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use serde_json::json;
 
 use super::city::{self, GONG_OBJECTS, SEED};
@@ -8,7 +10,7 @@ use super::exact::{Answer, Camera, Oracle};
 use super::plot::{self, Labels, Series};
 use super::report::{circumstances, thousands};
 use super::timing::{median, median_us, seconds};
-use super::{Options, Progress, Report, ReportError};
+use super::{Options, Progress, Report, ReportError, stability};
 use crate::geom::{
     ALL_LANES, Aabb, DVec3, Eight, Filter, Frustum, Plane, Relation, SeparatingAxes, View,
 };
@@ -101,21 +103,28 @@ impl Boxes {
     }
 }
 
+/// All objects; of objects, of nodes and of random boxes those that the planes leave crossing.
 fn measure(name: &str, tree: &LodTree, rows: &mut Vec<Row>) -> Result<(), ReportError> {
-    let cameras = cameras(tree)?;
-    let step = (tree.object_count() as usize).div_ceil(MOST_BOXES).max(1);
-    let all: Vec<u32> = (0..tree.object_count()).step_by(step).collect();
-    for (set, border_only) in [("all", false), ("at borders", true)] {
+    let cameras = city::level_cameras(tree, PLACES);
+    let nodes = tree.arrays().node_boxes.iter();
+    let nodes: Vec<Aabb> = nodes.filter_map(|b| Aabb::from_array(*b).ok()).collect();
+    let nodes = stability::city(&nodes)?;
+    let random = stability::city(&random_boxes(&tree.bounds()))?;
+    for (boxes, tree, crossing) in [
+        ("all objects", tree, false),
+        ("objects at borders", tree, true),
+        ("nodes at borders", &nodes, true),
+        ("random at borders", &random, true),
+    ] {
+        let step = (tree.object_count() as usize).div_ceil(MOST_BOXES).max(1);
         let mut per_view: Vec<Vec<Outcome>> = Vec::new();
         for camera in &cameras {
             let view = camera.view()?;
-            let mut objects = all.clone();
-            if border_only {
-                objects.retain(|&o| {
-                    let b = tree.bounds_of(o).unwrap_or(Aabb::EMPTY);
-                    view.frustum().relation(&b) == Relation::Crossing
-                });
-            }
+            let mut objects: Vec<u32> = (0..tree.object_count()).step_by(step).collect();
+            objects.retain(|&o| {
+                let relation = |b| view.frustum().relation(&b);
+                !crossing || tree.bounds_of(o).map(relation) == Some(Relation::Crossing)
+            });
             if !objects.is_empty() {
                 per_view.push(outcomes(camera, &view, tree, &Boxes::new(tree, &objects)));
             }
@@ -125,7 +134,7 @@ fn measure(name: &str, tree: &LodTree, rows: &mut Vec<Row>) -> Result<(), Report
             let of = || per_view.iter().map(|outcomes| &outcomes[method]);
             rows.push(Row {
                 city: name.to_owned(),
-                boxes: set,
+                boxes,
                 method: per_view[0][method].method,
                 tested: of().map(|o| o.tested).sum(),
                 meeting: of().map(|o| o.meeting).sum(),
@@ -138,15 +147,18 @@ fn measure(name: &str, tree: &LodTree, rows: &mut Vec<Row>) -> Result<(), Report
     Ok(())
 }
 
-/// The views of the other experiments, with what they are made from.
-fn cameras(tree: &LodTree) -> Result<Vec<Camera>, ReportError> {
-    city::level_cameras(tree, PLACES)
-        .into_iter()
-        .map(|camera| {
-            camera.view()?;
-            Ok(camera)
-        })
-        .collect()
+/// Boxes of a metre to the whole city, anywhere in it.
+fn random_boxes(bounds: &Aabb) -> Vec<Aabb> {
+    const COUNT: usize = 20_000;
+    let mut rng = Pcg64Mcg::seed_from_u64(SEED);
+    let mut number = move || rng.random::<f64>();
+    let any = |_| {
+        let at = bounds.min() + bounds.size() * DVec3::new(number(), number(), number());
+        let size = bounds.size().max_element().max(1.0).powf(number());
+        let size = DVec3::new(number(), number(), number() * 0.3) * size;
+        Aabb::around([at - size * 0.5, at + size * 0.5])
+    };
+    (0..COUNT).map(any).collect()
 }
 
 struct Outcome {
@@ -203,9 +215,15 @@ fn outcomes(camera: &Camera, view: &View, tree: &LodTree, boxes: &Boxes) -> Vec<
         }
     });
     method("eight lanes and separating axes", &mut |kept| {
-        eight_lanes(&filter, frustum, boxes, kept);
-        for (kept, b) in kept.iter_mut().zip(&boxes.exact).filter(|(kept, _)| **kept) {
-            *kept = frustum.relation(b) == Relation::Inside || !axes.separate(b);
+        let exact = boxes.exact.chunks(8).zip(&boxes.blocks);
+        for (kept, (exact, block)) in kept.chunks_mut(8).zip(exact) {
+            let relations = filter.relations(block, filter.all_planes());
+            for (lane, (kept, b)) in kept.iter_mut().zip(exact).enumerate() {
+                *kept = (relations.inside >> lane) & 1 == 1
+                    || (relations.outside >> lane) & 1 == 0
+                        && !axes.separate(b)
+                        && !frustum.is_outside(b);
+            }
         }
     });
     let planes: Vec<[f32; 4]> = frustum.planes().iter().map(|p| world(frustum, p)).collect();
@@ -280,7 +298,7 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
             "false_negatives": row.false_negatives, "ns_per_box": row.ns_per_box,
         })
     });
-    let at_borders = rows.iter().filter(|row| row.boxes == "at borders");
+    let at_borders = rows.iter().filter(|row| row.boxes == "random at borders");
     let mut series: Vec<Series> = Vec::new();
     for row in at_borders.filter(|row| row.meeting > 0 && row.kept > 0) {
         let point = (row.ns_per_box, row.kept as f64 / row.meeting as f64);
@@ -294,7 +312,7 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
         }
     }
     let labels = Labels {
-        title: "Boxes at borders: what a method keeps against what it costs",
+        title: "Random boxes at borders: what a method keeps against what it costs",
         x: "ns a box",
         y: "kept for each that meets",
     };

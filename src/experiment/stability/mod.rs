@@ -26,7 +26,7 @@ use crate::scene::{Scene, SceneObject};
 const RANDOM_CASES: u64 = 10_000_000;
 
 /// The tree of a scene of boxes.
-fn city(boxes: &[Aabb]) -> Result<LodTree, ReportError> {
+pub(super) fn city(boxes: &[Aabb]) -> Result<LodTree, ReportError> {
     city_turned(boxes, 0)
 }
 
