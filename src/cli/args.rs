@@ -272,6 +272,7 @@ pub(super) enum ExperimentArg {
     FarDist,
     Views,
     Scaling,
+    Culling,
     Effects,
     Stability,
 }

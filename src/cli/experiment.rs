@@ -12,6 +12,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
         ExperimentArg::FarDist => &[Experiment::FarDist],
         ExperimentArg::Views => &[Experiment::Views],
         ExperimentArg::Scaling => &[Experiment::Scaling],
+        ExperimentArg::Culling => &[Experiment::Culling],
         ExperimentArg::Effects => &[Experiment::Effects],
         ExperimentArg::Stability => &[Experiment::Stability],
     };
@@ -20,10 +21,13 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
         largest: args.largest,
         program: std::env::current_exe().ok(),
     };
-    let own_cities = matches!(args.name, ExperimentArg::Scaling | ExperimentArg::Stability);
+    let own_cities = matches!(
+        args.name,
+        ExperimentArg::Scaling | ExperimentArg::Stability | ExperimentArg::Effects
+    );
     if own_cities && !args.city.is_empty() {
         bail!(
-            "--city goes with far-dist and views: scaling and stability make their cities themselves"
+            "--city goes with far-dist, views and culling: scaling, stability and effects make their cities themselves"
         );
     }
     let mut out = io::stdout().lock();

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::ReportError;
+use super::exact::Camera;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
@@ -51,6 +52,12 @@ pub(super) fn name(path: &Path) -> String {
 /// Level views a little above the roofs, from `places` places about the densest part in four
 /// directions each: "the viewpoint close to the ground, the line of sight level" (Gong, 2.3).
 pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, ReportError> {
+    let cameras = level_cameras(tree, places).into_iter();
+    cameras.map(|camera| Ok(camera.view()?)).collect()
+}
+
+/// What [`level_views`] are made from.
+pub(super) fn level_cameras(tree: &LodTree, places: u32) -> Vec<Camera> {
     const HEIGHT_M: f64 = 60.0;
     let middle = densest(tree);
     let size = tree.bounds().size();
@@ -67,16 +74,16 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
             (0..4).map(move |quarter| {
                 let heading = turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
                 let target = eye + DVec3::new(heading.cos(), heading.sin(), 0.0);
-                Ok(View::new(
+                Camera::Posed {
                     eye,
-                    Orientation::LookAt {
+                    orientation: Orientation::LookAt {
                         target,
                         up: DVec3::Z,
                     },
-                    Projection::Perspective { fov_y_deg: 60.0 },
+                    projection: Projection::Perspective { fov_y_deg: 60.0 },
                     depth,
-                    [1920, 1080],
-                )?)
+                    viewport: [1920, 1080],
+                }
             })
         })
         .collect()

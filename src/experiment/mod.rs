@@ -3,6 +3,7 @@
 //! Each experiment is one file. Timings are medians beside a baseline measured in the same run.
 
 mod city;
+mod culling;
 mod effects;
 pub mod exact;
 mod far_dist;
@@ -28,6 +29,8 @@ pub enum Experiment {
     Views,
     /// Cost against the number of objects.
     Scaling,
+    /// Methods of culling: what they cost and what they keep.
+    Culling,
     /// Cost of each effect, declared and not.
     Effects,
     /// Promises about rounding, against exact arithmetic.
@@ -36,10 +39,11 @@ pub enum Experiment {
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::FarDist,
         Self::Views,
         Self::Scaling,
+        Self::Culling,
         Self::Stability,
         Self::Effects,
     ];
@@ -50,6 +54,7 @@ impl Experiment {
             Self::FarDist => "far-dist",
             Self::Views => "views",
             Self::Scaling => "scaling",
+            Self::Culling => "culling",
             Self::Effects => "effects",
             Self::Stability => "stability",
         }
@@ -83,6 +88,7 @@ pub fn run(
         Experiment::FarDist => far_dist::run(options, progress),
         Experiment::Views => views::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
+        Experiment::Culling => culling::run(options, progress),
         Experiment::Effects => effects::run(options, progress),
         Experiment::Stability => stability::run(progress),
     }

@@ -72,6 +72,31 @@ fn scaling_states_each_cost() {
 }
 
 #[test]
+fn culling_states_what_each_method_keeps_and_costs() {
+    let desk = Desk::new();
+    desk.out("generate --objects 900 --seed 5 -o own.citylod");
+    let report = desk.json("experiment culling --city own.citylod --json");
+    let rows = report["rows"].as_array().unwrap();
+    let of = |row: &Value, key: &str| row[key].as_str().unwrap().to_owned();
+    assert_eq!(of(&rows[0], "city"), "own");
+    for row in rows {
+        assert!(number(row, "ns_per_box") > 0.0, "{row}");
+        let lost = number(row, "false_negatives");
+        let method = of(row, "method");
+        if !method.contains("without slack") && !method.contains("spheres") {
+            assert_eq!(lost, 0.0, "{row}");
+        }
+        let needless = number(row, "false_positive_pct");
+        if method.contains("axes") || method.contains("exact") {
+            assert_eq!(needless, 0.0, "{row}");
+        }
+        if method == "f64 planes" && of(row, "boxes") == "random at borders" {
+            assert!(needless > 0.0, "planes keep more than meets: {row}");
+        }
+    }
+}
+
+#[test]
 fn a_city_of_ones_own_is_measured_too() {
     let desk = Desk::new();
     desk.out("generate --objects 700 --seed 5 -o own.citylod");

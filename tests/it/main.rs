@@ -37,6 +37,8 @@ mod index_file;
 mod modes;
 /// Views and boxes at the edge of what f32 and f64 can tell.
 mod numerics;
+/// One city at the origin, in a national grid and earth-centred gives the same ids.
+mod offsets;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
 /// Answers over HTTP against a program in another language.

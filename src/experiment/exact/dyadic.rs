@@ -51,7 +51,7 @@ impl Dyadic {
 
     /// The least k with |x| < 2ᵏ; `None` for 0.
     pub fn magnitude(&self) -> Option<i64> {
-        (self.sign() != Ordering::Equal).then(|| self.exponent + self.mantissa.bits() as i64)
+        (self.sign() != Ordering::Equal).then(|| self.exponent + self.mantissa.bits().cast_signed())
     }
 
     /// The largest f64 that is not above the number; −∞ below all of them.

@@ -74,7 +74,7 @@ impl Number for f64 {
     }
 }
 
-/// A point (x₁ … x_d, w), w > 0, with Σ aᵢ·xᵢ + b·w ≥ 0 for every row (a₁ … a_d, b).
+/// A point (x₁, x₂, …, w), w > 0, with Σ aᵢ·xᵢ + b·w ≥ 0 for every row (a₁, a₂, …, b).
 pub(super) fn common_point<N: Number>(rows: &[Vec<N>], dimensions: usize) -> Option<Vec<N>> {
     let mut point = vec![N::zero(); dimensions];
     point.push(N::one());

@@ -267,16 +267,16 @@ pub fn distance_squared(b: &Aabb, point: DVec3) -> Dyadic {
         let (below, above) = (&min[k] - &point[k], &point[k] - &max[k]);
         below.max(above).max(Dyadic::zero())
     };
-    squared_sum([0, 1, 2].map(part))
+    squared_sum(&[0, 1, 2].map(part))
 }
 
 /// Squared distance from a point to the farthest corner of a box, exact.
 pub fn farthest_squared(b: &Aabb, point: DVec3) -> Dyadic {
     let (min, max, point) = (vector(b.min()), vector(b.max()), vector(point));
     let part = |k: usize| (&point[k] - &min[k]).max(&max[k] - &point[k]);
-    squared_sum([0, 1, 2].map(part))
+    squared_sum(&[0, 1, 2].map(part))
 }
 
-fn squared_sum(v: Vector) -> Dyadic {
-    camera::dot(&v, &v)
+fn squared_sum(v: &Vector) -> Dyadic {
+    camera::dot(v, v)
 }

@@ -1,6 +1,7 @@
 //! The same questions in f64 intervals: certain answers for boxes that are not at a border.
 
 use super::camera::HalfSpace;
+use super::dyadic::Dyadic;
 use super::feasible::common_point;
 use super::interval::Interval;
 use crate::geom::{Aabb, DVec3};
@@ -19,7 +20,7 @@ struct Terms([[Interval; 2]; 3]);
 impl QuickPlane {
     pub fn of(plane: &HalfSpace) -> Self {
         let (low, high) = (plane.at(&plane.factor.low), plane.at(&plane.factor.high));
-        let largest = low[..3].iter().filter_map(|c| c.magnitude()).max();
+        let largest = low[..3].iter().filter_map(Dyadic::magnitude).max();
         let scale = -largest.unwrap_or(0);
         let between = |k: usize| {
             let (a, b) = (

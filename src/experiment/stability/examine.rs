@@ -6,7 +6,9 @@ use std::ops::Range;
 use super::Tally;
 use super::ranges::Ranges;
 use crate::experiment::exact::{Answer, Camera, Oracle, compare_distance, compare_farthest};
-use crate::geom::{Aabb, Eight, Filter, PlaneSet, Relation, Threshold, View, ViewError};
+use crate::geom::{
+    Aabb, Eight, Filter, PlaneSet, Relation, SeparatingAxes, Threshold, View, ViewError,
+};
 use crate::index::LodTree;
 use crate::lod::{RangeLod, Selection, retrieve};
 
@@ -24,6 +26,7 @@ pub fn examine(tree: &LodTree, camera: &Camera, lods: &[RangeLod]) -> Result<Tal
     let thresholds = lods.iter().map(|lod| filter.threshold(lod.far_dist()));
     let mut examination = Examination {
         oracle: Oracle::new(camera),
+        axes: SeparatingAxes::new(view.frustum()),
         planes: filter.all_planes(),
         thresholds: thresholds.collect(),
         view: &view,
@@ -41,6 +44,7 @@ pub fn examine(tree: &LodTree, camera: &Camera, lods: &[RangeLod]) -> Result<Tal
 struct Examination<'a> {
     view: &'a View,
     oracle: Oracle,
+    axes: SeparatingAxes,
     filter: Filter,
     planes: PlaneSet,
     thresholds: Vec<Threshold>,
@@ -116,13 +120,13 @@ impl Examination<'_> {
                 let truth = self.truth(&b);
                 let relation = self.view.frustum().relation(&b);
                 let kept = relation != Relation::Outside;
-                self.note(&truth, relation, [bit(relations.outside), bit(outside)]);
+                self.note(&b, truth, relation, [bit(relations.outside), bit(outside)]);
                 let tally = &mut self.tally;
                 tally.false_inside += u64::from(bit(relations.inside) && truth[1] != Answer::Yes);
                 // f32 says for certain what f64 says, or nothing.
                 let contradicts = (bit(relations.outside) || bit(outside)) && kept
                     || bit(touching) && !kept
-                    || kept != !self.view.frustum().is_outside(&b);
+                    || kept == self.view.frustum().is_outside(&b);
                 tally.mismatches += u64::from(contradicts);
                 let alone = block.map(|values| [values[lane]; 8]);
                 let again = self.filter.relations(&alone, self.planes);
@@ -170,16 +174,25 @@ impl Examination<'_> {
         truth
     }
 
-    fn note(&mut self, truth: &[Answer; 2], f64_says: Relation, f32_says_outside: [bool; 2]) {
+    fn note(
+        &mut self,
+        b: &Aabb,
+        truth: [Answer; 2],
+        f64_says: Relation,
+        f32_says_outside: [bool; 2],
+    ) {
         let tally = &mut self.tally;
-        let [meets, inside] = *truth;
+        let [meets, inside] = truth;
         tally.cases += 1;
         tally.meeting += u64::from(meets == Answer::Yes);
         tally.inside += u64::from(inside == Answer::Yes);
         tally.open += u64::from(meets == Answer::Open || inside == Answer::Open);
         let culled = f64_says == Relation::Outside || f32_says_outside.contains(&true);
         tally.false_negatives += u64::from(culled && meets != Answer::No);
+        let separated = !culled && self.axes.separate(b);
+        tally.false_negatives += u64::from(separated && meets != Answer::No);
         tally.kept_outside += u64::from(!culled && meets == Answer::No);
+        tally.not_separated += u64::from(!culled && !separated && meets == Answer::No);
         let wrong = f64_says == Relation::Inside && inside != Answer::Yes;
         tally.false_inside += u64::from(wrong);
     }

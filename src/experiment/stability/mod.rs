@@ -26,7 +26,7 @@ use crate::scene::{Scene, SceneObject};
 const RANDOM_CASES: u64 = 10_000_000;
 
 /// The tree of a scene of boxes.
-fn city(boxes: &[Aabb]) -> Result<LodTree, ReportError> {
+pub(super) fn city(boxes: &[Aabb]) -> Result<LodTree, ReportError> {
     city_turned(boxes, 0)
 }
 
@@ -78,6 +78,7 @@ fn report(rows: &[(&'static str, Tally)], all: &Tally) -> Result<Report, ReportE
             t.meeting,
             t.inside,
             t.kept_outside,
+            t.not_separated,
             t.open,
             t.at_border,
             t.false_negatives,
@@ -130,6 +131,7 @@ fn report(rows: &[(&'static str, Tally)], all: &Tally) -> Result<Report, ReportE
             "meeting",
             "inside",
             "kept_outside",
+            "not_separated",
             "open",
             "at_border",
             "false_negatives",

@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use crate::experiment::exact::{Camera, Oracle};
+use crate::experiment::exact::{Camera, Dyadic, Oracle};
 use crate::geom::{Aabb, DMat4, DQuat, DVec3, DepthRange, Orientation, Projection};
 
 /// Where a scene lies, and how large it is.
@@ -55,10 +55,7 @@ pub(super) struct Stand {
     right: DVec3,
     up: DVec3,
     pub forward: DVec3,
-    /// Left, right, bottom, top: tangents, or metres in a parallel projection.
-    window: [f64; 4],
-    parallel: bool,
-    depth: DepthRange,
+    lens: Lens,
     /// How far off things are.
     reach: f64,
     /// And over how much depth they are spread, where that is less.
@@ -77,42 +74,19 @@ fn any<T: Copy>(rng: &mut Pcg64Mcg, options: &[T]) -> T {
     options[rng.random_range(0..options.len())]
 }
 
-impl Stand {
-    /// A random camera of a kind about `at`.
-    pub fn random(rng: &mut Pcg64Mcg, kind: Kind, at: Magnitude) -> Self {
-        let mut eye = at.offset + vector(rng, -1.0, 1.0) * at.scale;
-        let mut along = vector(rng, -1.0, 1.0);
-        along.z *= 0.5;
-        if kind == Kind::Aligned {
-            eye = at.offset + (vector(rng, -8.0, 8.0).round() * (at.scale / 8.0));
-            along = any(
-                rng,
-                &[DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z],
-            );
-        }
-        let mut reach = at.scale;
-        if kind == Kind::FarAway {
-            reach = 1e7;
-            eye -= along.normalize_or(DVec3::X) * reach;
-        }
-        let mut target = eye + along * reach;
-        if target == eye {
-            target.x += reach.max(eye.x.abs() * 1e-3);
-        }
-        // Scaled first, as squares of what is tiny underflow.
-        let along = target - eye;
-        let forward = (along / along.abs().max_element()).normalize();
-        let upright = match kind {
-            Kind::Steep => forward + vector(rng, -1.0, 1.0) * any(rng, &[1e-2, 1e-5, 1e-8]),
-            Kind::Aligned => any(rng, &[DVec3::X, DVec3::Y, DVec3::Z]),
-            _ => any(rng, &[DVec3::Z, DVec3::Z, DVec3::new(0.1, -0.2, 1.0)]),
-        };
-        let across = forward.cross(upright);
-        if across.length() < 2e-9 * upright.length() {
-            return Self::random(rng, kind, at);
-        }
-        let right = across.normalize();
-        let up = right.cross(forward);
+/// How a camera turns space into a picture.
+#[derive(Debug, Clone, Copy)]
+struct Lens {
+    projection: Projection,
+    /// Left, right, bottom, top: tangents, or metres in a parallel projection.
+    window: [f64; 4],
+    parallel: bool,
+    depth: DepthRange,
+    viewport: [u32; 2],
+}
+
+impl Lens {
+    fn random(rng: &mut Pcg64Mcg, kind: Kind, reach: f64) -> Self {
         let fov_y_deg: f64 = match kind {
             Kind::Narrow => 0.01,
             Kind::Wide => 179.9,
@@ -155,6 +129,53 @@ impl Stand {
             }
             _ => {}
         }
+        Self {
+            projection,
+            window,
+            parallel: kind == Kind::Orthographic,
+            depth,
+            viewport,
+        }
+    }
+}
+
+impl Stand {
+    /// A random camera of a kind about `at`.
+    pub fn random(rng: &mut Pcg64Mcg, kind: Kind, at: Magnitude) -> Self {
+        let mut eye = at.offset + vector(rng, -1.0, 1.0) * at.scale;
+        let mut along = vector(rng, -1.0, 1.0);
+        along.z *= 0.5;
+        if kind == Kind::Aligned {
+            eye = at.offset + (vector(rng, -8.0, 8.0).round() * (at.scale / 8.0));
+            along = any(
+                rng,
+                &[DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z],
+            );
+        }
+        let mut reach = at.scale;
+        if kind == Kind::FarAway {
+            reach = 1e7;
+            eye -= along.normalize_or(DVec3::X) * reach;
+        }
+        let mut target = eye + along * reach;
+        if target == eye {
+            target.x += reach.max(eye.x.abs() * 1e-3);
+        }
+        // Scaled first, as squares of what is tiny underflow.
+        let along = target - eye;
+        let forward = (along / along.abs().max_element()).normalize();
+        let upright = match kind {
+            Kind::Steep => forward + vector(rng, -1.0, 1.0) * any(rng, &[1e-2, 1e-5, 1e-8]),
+            Kind::Aligned => any(rng, &[DVec3::X, DVec3::Y, DVec3::Z]),
+            _ => any(rng, &[DVec3::Z, DVec3::Z, DVec3::new(0.1, -0.2, 1.0)]),
+        };
+        let across = forward.cross(upright);
+        if across.length() < 2e-9 * upright.length() {
+            return Self::random(rng, kind, at);
+        }
+        let right = across.normalize();
+        let up = right.cross(forward);
+        let lens = Lens::random(rng, kind, reach);
         let orientation = if kind == Kind::Quaternion {
             let axes = glam::DMat3::from_cols(right, up, -forward);
             Orientation::Quaternion(DQuat::from_mat3(&axes) * any(rng, &[1.0, 3.0, 1e-5]))
@@ -166,17 +187,15 @@ impl Stand {
             camera: Camera::Posed {
                 eye,
                 orientation,
-                projection,
-                depth,
-                viewport,
+                projection: lens.projection,
+                depth: lens.depth,
+                viewport: lens.viewport,
             },
             eye,
             right,
             up,
             forward,
-            window,
-            parallel: kind == Kind::Orthographic,
-            depth,
+            lens,
             reach,
             spread: (kind == Kind::FarAway).then_some(at.scale),
         };
@@ -188,7 +207,7 @@ impl Stand {
             let camera = Camera::Matrix {
                 view_projection: stand.matrix() * any(rng, &[1.0, 1.0, 1e-3, 1e-310, 1e200]),
                 eye,
-                viewport,
+                viewport: lens.viewport,
             };
             if camera.view().is_ok() {
                 stand.camera = camera;
@@ -199,8 +218,8 @@ impl Stand {
 
     /// The camera's matrix, depth from −1 to 1.
     fn matrix(&self) -> DMat4 {
-        let near = self.depth.near;
-        let (a, b) = match self.depth.far {
+        let near = self.lens.depth.near;
+        let (a, b) = match self.lens.depth.far {
             Some(far) => (
                 -(far + near) / (far - near),
                 -2.0 * far * near / (far - near),
@@ -208,8 +227,8 @@ impl Stand {
             None => (-1.0, -2.0 * near),
         };
         let mut projection = DMat4::from_diagonal(glam::DVec4::new(
-            1.0 / self.window[1],
-            1.0 / self.window[3],
+            1.0 / self.lens.window[1],
+            1.0 / self.lens.window[3],
             a,
             0.0,
         ));
@@ -226,17 +245,17 @@ impl Stand {
 
     /// A point about what the camera sees, often on or about a border.
     pub fn point(&self, rng: &mut Pcg64Mcg) -> DVec3 {
-        let near = self.depth.near.max(self.reach * 1e-9);
-        let far = self.depth.far.unwrap_or(self.reach);
+        let near = self.lens.depth.near.max(self.reach * 1e-9);
+        let far = self.lens.depth.far.unwrap_or(self.reach);
         let depth = match (rng.random_range(0..10), self.spread) {
             (4.., Some(spread)) => self.reach + between(rng, -1.0, 1.0) * spread,
-            (0, _) => self.depth.near,
+            (0, _) => self.lens.depth.near,
             (1, _) => far,
             (2, _) => near * (far / near).powf(rng.random()),
             (3, _) => between(rng, -0.3, 0.0) * self.reach,
             _ => between(rng, 0.0, 1.3) * far,
         };
-        let scale = if self.parallel { 1.0 } else { depth };
+        let scale = if self.lens.parallel { 1.0 } else { depth };
         let across = |rng: &mut Pcg64Mcg, low: f64, high: f64| {
             let at = match rng.random_range(0..8) {
                 0 => 0.0,
@@ -246,7 +265,7 @@ impl Stand {
             };
             (low + (high - low) * at) * scale
         };
-        let [left, right, bottom, top] = self.window;
+        let [left, right, bottom, top] = self.lens.window;
         let (x, y) = (across(rng, left, right), across(rng, bottom, top));
         let point = self.eye + self.right * x + self.up * y + self.forward * depth;
         if point.is_finite() { point } else { self.eye }
@@ -292,10 +311,8 @@ impl Stand {
                 break;
             };
             // Only a guess, which the next round mends: scaled into the range of f64.
-            let largest = exact_normal.iter().filter_map(|c| c.magnitude()).max();
-            let rounded = |x: &crate::experiment::exact::Dyadic| {
-                x.clone().shifted(-largest.unwrap_or(0)).floor_f64()
-            };
+            let largest = exact_normal.iter().filter_map(Dyadic::magnitude).max();
+            let rounded = |x: &Dyadic| x.clone().shifted(-largest.unwrap_or(0)).floor_f64();
             normal = DVec3::from_array([0, 1, 2].map(|k| rounded(&exact_normal[k])));
             let axis = normal.abs().max_position();
             at[axis] -= rounded(&value) / normal[axis];

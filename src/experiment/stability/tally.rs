@@ -26,6 +26,8 @@ pub struct Tally {
     pub inside: u64,
     /// Of the cases: boxes kept by the planes that do not meet the frustum.
     pub kept_outside: u64,
+    /// Of these: kept by the separating axes too.
+    pub not_separated: u64,
     /// Of the cases: touching the frustum too closely to tell; they count as meeting it and as
     /// not inside.
     pub open: u64,
@@ -50,6 +52,7 @@ impl AddAssign for Tally {
         self.meeting += other.meeting;
         self.inside += other.inside;
         self.kept_outside += other.kept_outside;
+        self.not_separated += other.not_separated;
         self.open += other.open;
         self.at_border += other.at_border;
     }
