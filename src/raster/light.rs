@@ -38,7 +38,7 @@ impl Light {
             sun: level * ELEVATION.cos() + DVec3::Z * ELEVATION.sin(),
             sunlight: Vec3::new(1.0, 0.91, 0.76) * 1.42,
             zenith: srgb(0x6f_9fd0),
-            horizon: srgb(0xdf_e6ea),
+            horizon: srgb(0xe6_edf1),
             haze: [seen_m.start, (seen_m.end - seen_m.start).max(1000.0) / 0.55],
         }
     }

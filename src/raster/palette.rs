@@ -28,9 +28,9 @@ pub(super) fn encode(linear: Vec3) -> [u8; 3] {
     })
 }
 
-/// Bends light beyond 0.6 towards 1, which it never reaches, so that lit walls keep their hue.
+/// Bends light beyond 0.7 towards 1, which it never reaches, so that lit walls keep their hue.
 fn toned(light: f32) -> f32 {
-    const KNEE: f32 = 0.6;
+    const KNEE: f32 = 0.7;
     if light <= KNEE {
         light
     } else {
