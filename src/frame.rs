@@ -9,14 +9,27 @@ use std::time::Duration;
 
 use crate::effects::occlusion::Occluder;
 use crate::effects::{haze, motion};
-use crate::geom::View;
+use crate::geom::{Aabb, SeparatingAxes, View};
 use crate::index::LodTree;
 use crate::lod::{self, BudgetLod, Lod, Selection};
 use crate::scene;
 
-/// The effects of one frame: of those that the scene declares, the ones not switched off.
+/// How objects at the border of the frustum are told from those outside.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Culling {
+    /// By the planes of the frustum: keeps some boxes near its corners that do not meet it.
+    #[default]
+    Fast,
+    /// By separating axes too ([`SeparatingAxes`]): keeps only boxes that meet it.
+    Exact,
+}
+
+/// What one frame takes beside its knobs: of the effects that the scene declares, the ones not
+/// switched off, and how it culls.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Active {
+    /// How it culls.
+    pub culling: Culling,
     /// Detail falls with the camera's speed, m/s.
     pub motion: Option<(scene::Motion, f64)>,
     /// Nothing beyond the visibility range.
@@ -32,6 +45,7 @@ impl Active {
             motion: declared.motion.map(|motion| (motion, speed_mps)),
             haze: declared.haze,
             occlusion: declared.occlusion,
+            ..Self::default()
         }
     }
 }
@@ -103,13 +117,8 @@ impl Frame {
             let took = watch.lap();
             self.effects.motion = Some(Ran { result, took });
         }
+        self.retrieve(tree, view, active, watch);
         let boxes = tree.arrays().object_boxes;
-        if let Some(declared) = &active.haze {
-            self.in_haze(tree, view, declared, watch);
-        } else {
-            lod::select(tree, view, &self.lod, &mut self.selection);
-            self.retrieval = watch.lap();
-        }
         if let Some(declared) = &active.occlusion {
             let selection = &mut self.selection;
             let result = self.occluder.hide(declared, view, boxes, selection);
@@ -118,31 +127,45 @@ impl Frame {
         }
     }
 
-    /// Retrieval within the visibility range. A budget is not spent on what lies beyond it: where
-    /// some of the largest do, so many more are asked for until it is met; their number only
-    /// grows, so this ends, at the latest when nothing is left out.
-    fn in_haze(
+    /// Retrieval, within the visibility range and by exact culling where asked. A budget is not
+    /// spent on what these take out: so much more is asked for until it is met; what they take
+    /// out only grows with it, so this ends, at the latest when nothing is left out.
+    fn retrieve(
         &mut self,
         tree: &LodTree,
         view: &View,
-        declared: &scene::Haze,
+        active: &Active,
         watch: &mut Watch<impl FnMut() -> Duration>,
     ) {
         let boxes = tree.arrays().object_boxes;
-        let shortened = haze::shortened(declared, view);
-        let mut took = watch.lap();
+        let shortened = active.haze.map(|haze| haze::shortened(haze, view));
+        let mut clearing = watch.lap();
+        let axes = (active.culling == Culling::Exact).then(|| SeparatingAxes::new(view.frustum()));
         let mut lod = self.lod;
         self.retrieval = Duration::ZERO;
         loop {
-            lod::select(tree, &shortened, &lod, &mut self.selection);
+            let seen = shortened.as_ref().unwrap_or(view);
+            lod::select(tree, seen, &lod, &mut self.selection);
+            let mut removed = 0;
+            if let Some(axes) = &axes {
+                removed += self.selection.retain(|object| {
+                    let known = boxes.get(object as usize);
+                    let bounds = known.and_then(|&corners| Aabb::from_array(corners).ok());
+                    bounds.is_some_and(|b| !axes.separate(&b))
+                });
+            }
             self.retrieval += watch.lap();
-            let result = haze::clear(declared, view, boxes, &mut self.selection);
-            took += watch.lap();
-            self.effects.haze = Some(Ran { result, took });
+            if let Some(declared) = active.haze {
+                let result = haze::clear(declared, view, boxes, &mut self.selection);
+                clearing += watch.lap();
+                let took = clearing;
+                self.effects.haze = Some(Ran { result, took });
+                removed += result;
+            }
             let (Lod::Budget(asked), Lod::Budget(spent)) = (self.lod, lod) else {
                 return;
             };
-            let needed = asked.max_objects().saturating_add(result);
+            let needed = asked.max_objects().saturating_add(removed);
             if needed <= spent.max_objects() {
                 return;
             }

@@ -141,6 +141,9 @@ pub(super) struct SelectArgs {
     /// Instead of by distance: so many objects, the largest on the screen
     #[arg(long, conflicts_with_all = ["far_dist", "dist_factor", "levels", "beyond"])]
     pub max_objects: Option<u32>,
+    /// How objects at the border of the view are culled: by its planes, or exactly
+    #[arg(long, default_value = "fast")]
+    pub culling: CullingArg,
     /// Speed of the camera, m/s; matters where the city declares motion
     #[arg(long, default_value_t = 0.0)]
     pub speed: f64,
@@ -290,6 +293,12 @@ impl From<UpArg> for Up {
             UpArg::Z => Self::Z,
         }
     }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum CullingArg {
+    Fast,
+    Exact,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 
-use super::args::{BeyondArg, EffectArg, SelectArgs, misuse};
-use crate::frame::{Active, Frame};
+use super::args::{BeyondArg, CullingArg, EffectArg, SelectArgs, misuse};
+use crate::frame::{Active, Culling, Frame};
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
 use crate::lod::{Beyond, BudgetLod, ErrorLod, Lod, LodError, RangeLod};
@@ -38,6 +38,10 @@ pub(super) fn select(args: &SelectArgs, verb: &str) -> Result<Selected> {
 /// What the city declares, less what is switched off.
 fn active(args: &SelectArgs, declared: &Effects) -> Result<Active> {
     let mut active = Active::all(declared, args.speed);
+    active.culling = match args.culling {
+        CullingArg::Fast => Culling::Fast,
+        CullingArg::Exact => Culling::Exact,
+    };
     for effect in &args.without {
         let (name, was_declared) = match effect {
             EffectArg::Motion => ("motion", active.motion.take().is_some()),

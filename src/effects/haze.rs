@@ -6,14 +6,14 @@ use crate::scene;
 
 /// The view with as much cut off beyond the visibility range as a plane can: what retrieval then
 /// need not look at. No box within the range is lost; see [`clear`] for the rest.
-pub fn shortened(declared: &scene::Haze, view: &View) -> View {
+pub fn shortened(declared: scene::Haze, view: &View) -> View {
     view.within(declared.visibility_m)
 }
 
 /// Takes out the objects whose nearest point lies beyond the visibility range, and tells how many
 /// there were. `boxes` are those of all objects, by number: min x, y, z, max x, y, z.
 pub fn clear(
-    declared: &scene::Haze,
+    declared: scene::Haze,
     view: &View,
     boxes: &[[f64; 6]],
     selection: &mut Selection,

@@ -331,9 +331,10 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
         ],
         rows: cells.collect(),
         json: json!({
-            "rows": json_rows.collect::<Vec<_>>(),
-            "circumstances": circumstances(&json!({ "views": PLACES * 4, "most_boxes": MOST_BOXES })),
+                "rows": json_rows.collect::<Vec<_>>(),
+                "circumstances": circumstances(&json!({ "views": PLACES * 4, "most_boxes": MOST_BOXES })),
         }),
         svg: plot::log_log(&labels, &series)?,
+        pictures: vec![],
     })
 }

@@ -12,7 +12,7 @@ use super::super::json::{Whole, given, token};
 use super::super::problem::Problem;
 use super::query::Parameter;
 use super::resolve::Naming;
-use crate::frame::Active;
+use crate::frame::{Active, Culling};
 use crate::scene;
 
 /// The `effects` of a request.
@@ -113,6 +113,7 @@ impl Effects {
             return Err(undeclared(name, naming));
         }
         Ok(Active {
+            culling: Culling::default(),
             motion: self
                 .motion
                 .of(declared.motion, "motion", naming, |on, said| {

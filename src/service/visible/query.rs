@@ -5,7 +5,10 @@ use std::borrow::Cow;
 use super::super::json::{List, Whole};
 use super::super::problem::{Kind, Problem};
 use super::effects::Effects;
-use super::request::{BEYOND_NAMES, BEYOND_VALUES, Camera, Form, Lod, Mode, Output, Request};
+use super::request::{
+    BEYOND_NAMES, BEYOND_VALUES, CULLING_NAMES, CULLING_VALUES, Camera, Form, Lod, Mode, Output,
+    Request,
+};
 
 /// Reads the query of a URL.
 ///
@@ -41,6 +44,7 @@ pub fn read(query: &str) -> Result<Request, Problem> {
             "beyond" => lod.beyond = Some(parameter.word(&BEYOND_NAMES, &BEYOND_VALUES)?),
             "max_error_px" => lod.max_error_px = Some(parameter.number()?),
             "max_objects" => lod.max_objects = Some(parameter.whole(&text)?),
+            "culling" => lod.culling = parameter.word(&CULLING_NAMES, &CULLING_VALUES)?,
             "form" => output.form = parameter.word(&Form::NAMES, &Form::VALUES)?,
             _ if effects.take(&parameter)? => {}
             _ => return Err(unknown(&name)),

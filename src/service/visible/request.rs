@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::super::json::{List, Whole, given, keyword, object};
 use super::effects::Effects;
+use crate::frame::Culling;
 use crate::lod::Beyond;
 
 /// A whole request; `Body` reads it.
@@ -82,6 +83,8 @@ pub struct Lod {
     pub max_error_px: Option<f64>,
     #[serde(deserialize_with = "given")]
     pub max_objects: Option<Whole>,
+    #[serde(deserialize_with = "culling")]
+    pub culling: Culling,
 }
 
 /// How objects are chosen.
@@ -106,6 +109,13 @@ impl<'de> Deserialize<'de> for Mode {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
         keyword(source, &Self::NAMES, &Self::VALUES)
     }
+}
+
+pub const CULLING_NAMES: [&str; 2] = ["fast", "exact"];
+pub const CULLING_VALUES: [Culling; 2] = [Culling::Fast, Culling::Exact];
+
+fn culling<'de, D: Deserializer<'de>>(source: D) -> Result<Culling, D::Error> {
+    keyword(source, &CULLING_NAMES, &CULLING_VALUES)
 }
 
 pub const BEYOND_NAMES: [&str; 2] = ["show", "hide"];

@@ -50,7 +50,10 @@ impl Request {
     ) -> Result<(View, lod::Lod, Active), Problem> {
         let view = self.camera.view(naming)?;
         let lod = self.lod.knobs(naming)?;
-        let active = self.effects.active(declared, naming)?;
+        let active = Active {
+            culling: self.lod.culling,
+            ..self.effects.active(declared, naming)?
+        };
         Ok((view, lod, active))
     }
 }

@@ -64,8 +64,8 @@ struct OcclusionTail<'a> {
     width_px: u32,
     height_px: u32,
     took_us: f64,
-    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "pixels")]
-    visible_pixels: Option<&'a [(u32, u32)]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    visible_pixels: Option<Pixels<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -98,7 +98,7 @@ impl<'a> Tail<'a> {
                     width_px,
                     height_px,
                     took_us: took_us(&ran),
-                    visible_pixels: with_pixels.then(|| frame.visible_pixels()),
+                    visible_pixels: with_pixels.then(|| Pixels(frame.visible_pixels())),
                 }),
             },
             stats: StatsTail {
@@ -132,8 +132,14 @@ impl LodTail {
     }
 }
 
-fn pixels<S: Serializer>(seen: &Option<&[(u32, u32)]>, to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(seen.unwrap_or_default().iter().map(|(_, pixels)| pixels))
+/// The pixels alone.
+#[derive(Debug)]
+struct Pixels<'a>(&'a [(u32, u32)]);
+
+impl Serialize for Pixels<'_> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(self.0.iter().map(|(_, pixels)| pixels))
+    }
 }
 
 fn finite(number: f64) -> Option<f64> {
