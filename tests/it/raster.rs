@@ -610,3 +610,33 @@ fn a_view_of_any_projection_fills_the_whole_buffer() {
         assert!(buffer.ids().iter().all(|&id| id == 0));
     }
 }
+
+#[test]
+fn left_and_upper_borders_count_right_and_lower_ones_do_not() {
+    let orientation = Orientation::LookAt {
+        target: DVec3::Y,
+        up: DVec3::Z,
+    };
+    let depth = DepthRange {
+        near: 0.0,
+        far: None,
+    };
+    let height_m = f64::from(SIZE[1]); // a metre is a pixel
+    let projection = Projection::Orthographic { height_m };
+    let view = View::new(DVec3::ZERO, orientation, projection, depth, SIZE).unwrap();
+    let projector = Projector::new(&view, SIZE);
+    let corners = [[0.5, 0.5], [10.5, 0.5], [10.5, 10.5], [0.5, 10.5]]
+        .map(|[x, y]| DVec3::new(x - 24.0, 5.0, 16.0 - y));
+    // Both triangles have corners on centres and a diagonal through centres.
+    for (triangle, left_of_diagonal) in [([0, 1, 2], false), ([0, 2, 3], true)] {
+        let mut buffer = IdBuffer::new(SIZE[0], SIZE[1]);
+        buffer.draw_mesh(&projector, &corners, &[triangle], 0);
+        for row in 0..SIZE[1] {
+            for column in 0..SIZE[0] {
+                let square = column < 10 && row < 10;
+                let covered = square && (column < row) == left_of_diagonal;
+                assert_eq!(buffer.id(column, row).is_some(), covered, "{column},{row}");
+            }
+        }
+    }
+}
