@@ -1,7 +1,7 @@
 use std::time::Duration;
 
-use citylod::frame::{Active, Frame};
-use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
+use citylod::frame::{Active, Culling, Frame};
+use citylod::geom::{DVec3, DepthRange, Orientation, Projection, SeparatingAxes, View};
 use citylod::index::{self, LodTree, Promotion};
 use citylod::lod::{BudgetLod, ErrorLod, Lod, RangeLod, Selection, select};
 use citylod::scene::{CityParams, Effects, Haze, Motion, Occlusion, Scene, SceneObject, generate};
@@ -192,7 +192,7 @@ fn haze_leaves_exactly_what_lies_within_the_visibility_range() {
             assert_eq!(drawn(&frame), wanted, "{lod:?} {visibility_m}");
             removed += all.len() - wanted.len();
         }
-        budget_is_spent_within_the_haze(&tree, &view, &active, within, &mut rng);
+        budget_is_spent_on_what_stays(&tree, &view, &active, within, &mut rng);
     }
     assert!(removed > 10_000, "haze had something to do: {removed}");
 }
@@ -201,7 +201,7 @@ fn size(rng: &mut Pcg64Mcg) -> f64 {
     support::between(rng, 0.0, 40.0)
 }
 
-fn budget_is_spent_within_the_haze(
+fn budget_is_spent_on_what_stays(
     tree: &LodTree,
     view: &View,
     active: &Active,
@@ -349,11 +349,8 @@ fn compare_resolutions(scene: &Scene, ground: f64) {
             let missed = seen.binary_search(object).is_err();
             assert!(!missed || *pixels < MISSED_BELOW_PX, "{object}: {pixels}");
         }
-        let slivers = seen.iter().filter(|&o| {
-            let known = finer.binary_search_by_key(o, |s| s.0).is_err();
-            known
-        });
-        let slivers = slivers.count();
+        let is_sliver = |o: &&u32| finer.binary_search_by_key(*o, |s| s.0).is_err();
+        let slivers = seen.iter().filter(is_sliver).count();
         assert!(
             slivers * 20 <= seen.len().max(20),
             "{slivers} of {}",
@@ -364,4 +361,37 @@ fn compare_resolutions(scene: &Scene, ground: f64) {
         }
     }
     panic!("no six streets to stand in");
+}
+
+#[test]
+fn exact_culling_keeps_what_meets_the_view_and_no_more() {
+    let mut rng = support::rng(12);
+    let mut dropped = 0;
+    for _ in 0..1_500 {
+        let scene = support::scene(&mut rng);
+        let tree = retrieval::tree(&scene, Made::Bulk, Promotion::Largest, &mut rng);
+        let view = Camera::random(&mut rng, &tree.bounds()).view();
+        let axes = SeparatingAxes::new(view.frustum());
+        let exact = Active {
+            culling: Culling::Exact,
+            ..Active::default()
+        };
+        let meets = |o: &u32| !axes.separate(&tree.bounds_of(*o).unwrap());
+        let everything = Lod::Range(RangeLod::full_detail());
+        for lod in [
+            everything,
+            Lod::Error(ErrorLod::new(size(&mut rng)).unwrap()),
+        ] {
+            let mut wanted = selected(&tree, &view, &lod);
+            dropped += wanted.len();
+            wanted.retain(meets);
+            dropped -= wanted.len();
+            assert_eq!(drawn(&frame(&tree, &view, &lod, &exact)), wanted);
+        }
+        budget_is_spent_on_what_stays(&tree, &view, &exact, meets, &mut rng);
+    }
+    assert!(
+        dropped > 100,
+        "planes keep some that do not meet the view: {dropped}"
+    );
 }

@@ -35,7 +35,14 @@ fn city(place: impl Fn(DVec3, DVec3) -> (DVec3, DVec3)) -> LodTree {
         let (min, max) = place(object.bounds.min(), object.bounds.max());
         object.bounds = Aabb::new(min, max).unwrap();
     }
-    index::build(&Scene { crs: None, objects }, Promotion::Tallest).unwrap()
+    index::build(
+        &Scene {
+            objects,
+            ..Scene::default()
+        },
+        Promotion::Tallest,
+    )
+    .unwrap()
 }
 
 /// A pose that is the same bits relative to any of the offsets.
