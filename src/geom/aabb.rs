@@ -46,6 +46,7 @@ impl Aabb {
     ///
     /// # Errors
     /// [`AabbError`] when a coordinate is not finite or `min > max` on an axis.
+    #[inline]
     pub fn new(min: DVec3, max: DVec3) -> Result<Self, AabbError> {
         if !min.is_finite() || !max.is_finite() {
             return Err(AabbError::NotFinite { min, max });
@@ -136,6 +137,7 @@ impl Aabb {
     ///
     /// # Errors
     /// As [`Aabb::new`].
+    #[inline]
     pub fn from_array([x0, y0, z0, x1, y1, z1]: [f64; 6]) -> Result<Self, AabbError> {
         Self::new(DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1))
     }

@@ -81,6 +81,14 @@ impl LargestSize {
         self.set(largest);
     }
 
+    /// Takes one thing into account whose radius by distance, or radius, is known.
+    pub fn raise_to(&mut self, ratio: f64) {
+        let ratio = (ratio as f32).next_up();
+        if ratio > self.bound {
+            self.set(ratio);
+        }
+    }
+
     fn set(&mut self, bound: f32) {
         const TINY: f32 = 1e-18;
         self.bound = bound;

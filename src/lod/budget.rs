@@ -56,19 +56,21 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
         } else if found < budget && wanted.least > 0.0 {
             Wanted {
                 sure: wanted.least,
-                least: wanted.least / width,
+                least: wanted.least.min(LARGEST) / width,
             }
         } else {
             return fill(selection, budget - sure, wanted.sure, omitted);
         };
-        width *= width;
+        width = width.powi(4);
         selection.forget_ranges();
     }
 }
 
-/// Ratio of the two sizes of a second attempt, where the estimate was wrong; that of each further
-/// one is squared, so that they soon come to 0 or infinity.
+/// Ratio of the two sizes of a second attempt, where the estimate was wrong; each further one has
+/// the fourth power of it. So after a few they come to 0 or infinity, where every object counts.
 const WIDTH: f64 = 1.3;
+/// Where to go on from infinity, pixels.
+const LARGEST: f64 = 1e6;
 
 /// Adds the `missing` largest of the border.
 fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) {

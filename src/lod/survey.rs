@@ -2,9 +2,8 @@
 //!
 //! A best-first walk over a sample of the tree. Sizes are kept by bucket, a few to the octave, so
 //! that queue and counts are arrays: a bucket of nodes is emptied before the next smaller one,
-//! and when as many objects are counted as are wanted, nothing larger is left. Of large budgets
-//! only so many leaves are looked at as make a sample of a few hundred objects; each counts for
-//! those passed over.
+//! and when as many objects are counted as are wanted, nothing larger is left. For large budgets
+//! most leaves are passed over; each that is looked at counts for several.
 //!
 //! The answer does not depend on the estimate, only the time it takes does.
 
@@ -20,8 +19,9 @@ use crate::index::{Arrays, LodTree};
 const BUCKET_BITS: u32 = 20;
 /// All buckets of positive numbers, infinity included.
 const BUCKETS: usize = (f32::INFINITY.to_bits() >> BUCKET_BITS) as usize + 1;
-/// About how many objects a sample counts.
-const SAMPLE: u32 = 512;
+/// From here on a sample will do. It grows with the root of the budget, so that the objects it
+/// counts and those it leaves to be ranked stay in proportion.
+const SAMPLE: u32 = 128;
 /// Of the children of a node at most one in so many is passed over.
 const SPARSEST: u32 = 4;
 /// Objects of a sample come in groups, so it strays as if it were this much smaller.
@@ -63,8 +63,8 @@ impl Survey {
         self.counts.clear();
         self.counts.resize(BUCKETS, 0);
         self.queue.clear();
-        let rate = (rank / SAMPLE).max(1).next_power_of_two();
-        let strays = 2.0 * (GROUPED * f64::from(rate - 1) / f64::from(rank.max(1))).sqrt();
+        let rate = (rank / SAMPLE).isqrt().next_power_of_two();
+        let strays = 1.5 * (GROUPED * f64::from(rate - 1) / f64::from(rank.max(1))).sqrt();
         let margin = 2.0 + f64::from(rank) * (strays + 0.01);
         let most = f64::from(rank) + margin;
         let mut walk = Walk {

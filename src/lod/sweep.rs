@@ -73,15 +73,16 @@ pub(super) fn sweep(
     let mut sizes = std::mem::take(&mut selection.sizes);
     sizes.border.clear();
     let [mut open, below] = std::mem::take(&mut sizes.open);
+    let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = view.pixels();
     let threshold = |px| SizeThreshold::new(filter, view.pixels(), px);
     let mut sweep = Sweep {
         arrays: tree.arrays(),
         view,
+        scale: 2.0 * scale,
         filter,
         sure: threshold(wanted.sure),
         least: threshold(wanted.least),
         omitted: LargestSize::new(filter, view.pixels()),
-        omitted_px: 0.0,
         next_object: 0,
         nodes_below: 0..0,
         below,
@@ -103,25 +104,27 @@ pub(super) fn sweep(
         }
         std::mem::swap(&mut open, &mut sweep.below);
     }
-    let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = view.pixels();
-    let omitted = 2.0 * f64::from(sweep.omitted.bound()) * scale;
-    let (omitted, stats) = (omitted.max(sweep.omitted_px), sweep.stats);
+    let omitted = sweep.scale * f64::from(sweep.omitted.bound());
+    let stats = sweep.stats;
     sizes.open = [open, sweep.below];
     selection.sizes = sizes;
     selection.set_stats(stats);
     omitted
 }
 
+/// So many objects are sooner decided one by one than eight at a time.
+const FEW: u32 = 2;
+
 struct Sweep<'a> {
     arrays: Arrays<'a>,
     view: &'a View,
+    /// Pixels of a radius of 1, at a distance of 1 in a perspective.
+    scale: f64,
     filter: &'a Filter,
     sure: SizeThreshold,
     least: SizeThreshold,
-    /// Of what f32 tells to be too small.
+    /// Of everything left out.
     omitted: LargestSize,
-    /// Of what f64 does.
-    omitted_px: f64,
     /// The first object not yet met. In a sound file it only states what is so; in a damaged one
     /// it keeps the walk short.
     next_object: u32,
@@ -177,7 +180,8 @@ impl Sweep<'_> {
         count: u32,
         planes: PlaneSet,
     ) {
-        self.stats.nodes_visited += count;
+        let visited = &mut self.stats.nodes_visited;
+        *visited = visited.saturating_add(count);
         let relations = self.filter.relations(boxes, planes);
         let visible = lanes::first(count) & !relations.outside;
         if visible == 0 {
@@ -199,10 +203,21 @@ impl Sweep<'_> {
         let farthest = self.filter.farthest(boxes);
         let sure = self.sure.certain_radii(&farthest).to_array();
         let quiet = limits.quiet.to_array();
+        let end = first as usize + count as usize;
+        let (Some(own), Some(own_blocks)) = (
+            self.arrays.own.get(first as usize..=end),
+            self.arrays.own_block_starts.get(first as usize..end),
+        ) else {
+            return; // only in a damaged file
+        };
         for lane in lanes::each(large) {
             let planes = relations.open_planes(lane);
             let of_lane = |radii: &[f32; 8]| f32x8::splat(radii[lane as usize & 7]);
-            self.own(first + lane, planes, of_lane(&quiet), of_lane(&sure));
+            if let (Some(&[start, end, ..]), Some(&block)) =
+                (own.get(lane as usize..), own_blocks.get(lane as usize))
+            {
+                self.own(start..end, block, planes, of_lane(&quiet), of_lane(&sure));
+            }
             if lanes::has(deeper, lane) {
                 self.open(first + lane, planes);
             }
@@ -256,15 +271,20 @@ impl Sweep<'_> {
     /// Adds or lists a node's own objects: those of a radius up to `quiet` are too small and do
     /// not raise the bound, those above `sure` are large enough.
     #[inline]
-    fn own(&mut self, node: u32, planes: PlaneSet, quiet: f32x8, sure: f32x8) {
-        let starts = self.arrays.own.get(node as usize..);
-        let block = self.arrays.own_block_starts.get(node as usize);
-        let (Some(&[mut first, end, ..]), Some(&block)) = (starts, block) else {
-            return; // only in a damaged file
-        };
-        if first < self.next_object {
+    fn own(
+        &mut self,
+        objects: Range<u32>,
+        block: u32,
+        planes: PlaneSet,
+        quiet: f32x8,
+        sure: f32x8,
+    ) {
+        let Range { start, end } = objects;
+        let known = self.arrays.object_boxes.len();
+        if start < self.next_object || end < start || end as usize > known {
             return; // only in a damaged file
         }
+        let mut first = start;
         let mut block = block as usize;
         while first < end {
             let Some(&radii) = self.arrays.own_radii.get(block) else {
@@ -279,7 +299,11 @@ impl Sweep<'_> {
                 0
             };
             // Mostly that tells, and the boxes need not be looked at.
-            if all & !(small | large) == 0 {
+            let open = all & !(small | large);
+            if open == 0 {
+                self.selection.push_runs(first, large);
+            } else if planes == 0 && open.count_ones() <= FEW {
+                let large = large | self.decide(first, open);
                 self.selection.push_runs(first, large);
             } else {
                 self.objects(block, radii, first, all, planes);
@@ -302,7 +326,8 @@ impl Sweep<'_> {
         let Some(boxes) = self.arrays.own_blocks.get(block) else {
             return; // only in a damaged file
         };
-        self.stats.objects_tested += set.count_ones();
+        let tested = &mut self.stats.objects_tested;
+        *tested = tested.saturating_add(set.count_ones());
         let distances = self.filter.distances(boxes);
         if planes != 0 {
             let (outside, touching) = self.filter.outside_or_touching(boxes, planes);
@@ -350,7 +375,7 @@ impl Sweep<'_> {
             } else if size >= self.least.px {
                 self.border.push(Sized { size, object });
             } else {
-                self.omitted_px = self.omitted_px.max(size);
+                self.omitted.raise_to(size / self.scale);
             }
         }
         sure

@@ -3,7 +3,7 @@ use std::path::Path;
 
 use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use citylod::index::{self, LodTree, Promotion};
-use citylod::lod::{Beyond, RangeLod, Selection, retrieve};
+use citylod::lod::{Beyond, BudgetLod, ErrorLod, Lod, RangeLod, Selection, retrieve, select};
 use citylod::scene::{CityParams, Scene, SceneObject, generate};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -195,6 +195,15 @@ fn read_all(tree: &LodTree, views: &[View], lods: &[RangeLod], selection: &mut S
                 std::hint::black_box(tree.ids_json(range.clone()).len());
             }
             std::hint::black_box((selection.count(), selection.error_px()));
+        }
+        for lod in [
+            Lod::Error(ErrorLod::new(40.0).unwrap()),
+            Lod::Budget(BudgetLod::new(3)),
+            Lod::Budget(BudgetLod::new(150)),
+        ] {
+            select(tree, view, &lod, selection);
+            let ranges = selection.ranges();
+            assert!(ranges.iter().all(|r| r.end <= tree.object_count()));
         }
     }
     for number in (0..tree.object_count()).chain([tree.object_count(), u32::MAX]) {
