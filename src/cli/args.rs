@@ -4,9 +4,11 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
+use crate::experiment::Experiment;
 use crate::geom::DVec3;
 use crate::import::Up;
 use crate::index::Promotion;
@@ -209,7 +211,8 @@ fn at_least_one(text: &str) -> Result<usize, String> {
 #[derive(Debug, clap::Args)]
 pub(super) struct ExperimentArgs {
     /// Which one
-    pub name: ExperimentArg,
+    #[arg(value_parser = experiment_names())]
+    pub name: String,
     /// Also write csv, svg and json into this folder
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -224,11 +227,11 @@ pub(super) struct ExperimentArgs {
     pub largest: Option<u32>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum ExperimentArg {
-    All,
-    FarDist,
-    Scaling,
+/// The experiments with what they ask, and all of them.
+fn experiment_names() -> PossibleValuesParser {
+    let each = Experiment::ALL.map(|e| PossibleValue::new(e.name()).help(e.question()));
+    let all = PossibleValue::new("all").help("One after another, and a page that shows them");
+    each.into_iter().chain([all]).into()
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -1,24 +1,58 @@
 //! The cities experiments look at, and where they are looked at from.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::ReportError;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
-use crate::scene::{CityParams, generate};
+use crate::scene::{CityParams, Scene, SceneObject, generate};
 
 /// As many objects as in Gong's test.
 pub(super) const GONG_OBJECTS: u32 = 23_951;
 pub(super) const SEED: u64 = 1;
 
-/// The tree of a generated city.
-pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
-    let scene = generate(&CityParams {
+/// A generated city.
+pub(super) fn generated_scene(objects: u32) -> Scene {
+    generate(&CityParams {
         objects,
         seed: SEED,
+    })
+}
+
+/// The tree of a generated city.
+pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
+    Ok(index::build(
+        &generated_scene(objects),
+        Promotion::default(),
+    )?)
+}
+
+/// The real city of as many objects as Gong's in the folder that `CITYLOD_DATA` names, where
+/// there is one.
+pub(super) fn real() -> Option<PathBuf> {
+    let folder = PathBuf::from(std::env::var_os("CITYLOD_DATA")?);
+    let path = folder.join("cityjson/tokyo-minato-23951.city.json.gz");
+    path.is_file().then_some(path)
+}
+
+/// What a tree holds as a scene again, but for attributes.
+pub(super) fn scene_of(tree: &LodTree) -> Scene {
+    let objects = (0..tree.object_count()).filter_map(|number| {
+        let object = tree.object(number)?;
+        Some(SceneObject {
+            id: object.id.into(),
+            class: object.class.into(),
+            bounds: object.bounds,
+            footprint_area: object.footprint_area,
+            triangles: object.triangles,
+            attributes: None,
+        })
     });
-    Ok(index::build(&scene, Promotion::default())?)
+    Scene {
+        objects: objects.collect(),
+        ..Scene::default()
+    }
 }
 
 /// The tree of a city in a file: opened, or imported and built.
@@ -78,7 +112,7 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
 }
 
 /// Median midpoint of the objects: a few far-off ones do not move it.
-fn densest(tree: &LodTree) -> DVec3 {
+pub(super) fn densest(tree: &LodTree) -> DVec3 {
     let exact = tree.arrays().object_boxes;
     let step = exact.len().div_ceil(100_000).max(1);
     let axis = |axis: usize| {

@@ -1,10 +1,14 @@
-//! The papers' questions, answered by measurement: run → records → table, csv, svg, json.
+//! The papers' questions, answered by measurement: run → records → tables, plots, pictures, json.
 //!
-//! Each experiment is one file. Timings are medians beside a baseline measured in the same run.
+//! Each experiment is one file, or a folder of its name. Timings are medians beside a baseline
+//! measured in the same run. To add one: a variant of [`Experiment`], its place in
+//! [`Experiment::ALL`], its name, its question, and the call that runs it.
 
+mod accuracy;
 mod city;
 mod far_dist;
 mod fit;
+mod page;
 mod plot;
 mod report;
 mod scaling;
@@ -12,7 +16,8 @@ mod timing;
 
 use std::path::PathBuf;
 
-pub use report::{Report, ReportError, write_index};
+pub use page::{Entry, Outcome, write_index};
+pub use report::{Picture, Plot, Report, ReportError, Table};
 
 /// What can be asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,18 +26,35 @@ pub enum Experiment {
     FarDist,
     /// Cost against the number of objects.
     Scaling,
+    /// What accuracy costs in time.
+    Accuracy,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 2] = [Self::FarDist, Self::Scaling];
+    pub const ALL: [Self; 3] = [Self::FarDist, Self::Scaling, Self::Accuracy];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
         match self {
             Self::FarDist => "far-dist",
             Self::Scaling => "scaling",
+            Self::Accuracy => "accuracy",
         }
+    }
+
+    /// What is asked, for people.
+    pub fn question(self) -> &'static str {
+        match self {
+            Self::FarDist => "How many objects are drawn as the far distance grows?",
+            Self::Scaling => "What does an answer cost as the city grows?",
+            Self::Accuracy => "What does accuracy cost in time, and what does each mode miss?",
+        }
+    }
+
+    /// Whether it looks at [`Options::cities`]; the others make their cities themselves.
+    pub fn looks_at_cities(self) -> bool {
+        matches!(self, Self::FarDist | Self::Accuracy)
     }
 }
 
@@ -60,5 +82,6 @@ pub fn run(
     match experiment {
         Experiment::FarDist => far_dist::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
+        Experiment::Accuracy => accuracy::run(options, progress),
     }
 }
