@@ -250,3 +250,44 @@ impl Districts {
         kept.into_iter().filter(|&kept| kept).count()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::viewpoint::viewpoints;
+    use super::*;
+    use crate::experiment::city::generated_scene;
+    use crate::index::{Promotion, build};
+
+    /// What an answer misses is the same by comparing pictures and by counting the pixels of what
+    /// is not drawn; and no extent exceeds the size of its object.
+    #[test]
+    fn pictures_and_counts_agree_and_extents_keep_to_sizes()
+    -> Result<(), Box<dyn std::error::Error>> {
+        let tree = build(&generated_scene(3_000), Promotion::Largest)?;
+        let (mut answers, mut wide) = (0, 0);
+        for viewpoint in viewpoints(&tree)? {
+            let mut full = FullDetail::new(&tree, &viewpoint.view);
+            for every in [2, 3, 7] {
+                let all = full.ranked.iter().map(|ranked| ranked.1);
+                let some: Vec<u32> = all.filter(|object| object % every == 0).collect();
+                let missed = full.missed_by(&some);
+                assert_eq!(
+                    missed.px_pct,
+                    full.missed_px_pct(&some),
+                    "{}",
+                    viewpoint.name
+                );
+                assert!(missed.worst_px <= missed.largest_px);
+                answers += usize::from(missed.px_pct > 0.0);
+            }
+            for seen in &full.seen {
+                let size = viewpoint.view.size_px(&bounds(&tree, seen.object));
+                assert!(seen.extent_px <= size, "{} of {size}", seen.extent_px);
+                wide += usize::from(seen.extent_px > 0.5 * size);
+            }
+        }
+        assert!(answers > 15, "{answers} answers miss something");
+        assert!(wide > 300, "{wide} objects are seen from end to end");
+        Ok(())
+    }
+}

@@ -11,6 +11,7 @@ mod scan;
 mod speed;
 mod strategy;
 mod tables;
+mod text;
 mod viewpoint;
 
 use serde_json::json;
@@ -82,7 +83,7 @@ impl Measured {
         });
         Ok(Report {
             name: "accuracy",
-            text: tables::text(self, &summaries, violations),
+            text: text::text(self, &summaries),
             tables: vec![
                 tables::strategies(&summaries),
                 tables::costs(&self.costs),

@@ -66,6 +66,11 @@ impl Strategy {
         }
     }
 
+    /// Whether it is none of the modes, but what they are held against.
+    pub(super) fn is_reference(self) -> bool {
+        matches!(self, Self::Oracle | Self::Random | Self::GlobalSize)
+    }
+
     /// What its parameter is.
     pub(super) fn knob(self) -> &'static str {
         match self {

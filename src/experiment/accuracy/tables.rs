@@ -1,6 +1,5 @@
 //! The tables and plots.
 
-use super::Measured;
 use super::full_detail::{DISTRICT_M, FAR_M};
 use super::rows::{Cost, Summary};
 use super::speed::Speed;
@@ -8,11 +7,6 @@ use super::strategy::Strategy;
 use crate::experiment::ReportError;
 use crate::experiment::plot::{self, Labels, Series};
 use crate::experiment::report::{Plot, Table, thousands};
-
-/// What the tables say.
-pub(super) fn text(measured: &Measured, _summaries: &[Summary], violations: usize) -> String {
-    format!("rows {} violations {violations}", measured.rows.len())
-}
 
 /// Each strategy at each number of objects.
 pub(super) fn strategies(summaries: &[Summary]) -> Table {
@@ -140,10 +134,7 @@ pub(super) fn plots(summaries: &[Summary]) -> Result<Vec<Plot>, ReportError> {
                     .filter(|s| s.strategy == strategy)
                     .map(|s| (x(s), s.missed_px_pct))
                     .collect(),
-                reference: matches!(
-                    strategy,
-                    Strategy::Oracle | Strategy::Random | Strategy::GlobalSize
-                ),
+                reference: strategy.is_reference(),
             };
             Strategy::ALL.map(line)
         };
