@@ -36,8 +36,8 @@ fn draw(c: &mut Criterion) {
     for (name, eye, target) in [
         (
             "street",
-            DVec3::new(0.0, 0.0, 1.7),
-            DVec3::new(300.0, 90.0, 12.0),
+            DVec3::new(205.0, 35.0, 2.5),
+            DVec3::new(305.0, 75.0, 22.0),
         ),
         (
             "roofs",

@@ -11,7 +11,7 @@ use crate::effects::occlusion::Occluder;
 use crate::effects::{haze, motion};
 use crate::geom::View;
 use crate::index::LodTree;
-use crate::lod::{self, Lod, Selection};
+use crate::lod::{self, BudgetLod, Lod, Selection};
 use crate::scene;
 
 /// The effects of one frame: of those that the scene declares, the ones not switched off.
@@ -103,24 +103,50 @@ impl Frame {
             let took = watch.lap();
             self.effects.motion = Some(Ran { result, took });
         }
-        let shortened = active.haze.map(|haze| haze::shortened(&haze, view));
-        let shortening = watch.lap();
-
-        let seen = shortened.as_ref().unwrap_or(view);
-        lod::select(tree, seen, &self.lod, &mut self.selection);
-        self.retrieval = watch.lap();
-
         let boxes = tree.arrays().object_boxes;
         if let Some(declared) = &active.haze {
-            let result = haze::clear(declared, view, boxes, &mut self.selection);
-            let took = shortening + watch.lap();
-            self.effects.haze = Some(Ran { result, took });
+            self.in_haze(tree, view, declared, watch);
+        } else {
+            lod::select(tree, view, &self.lod, &mut self.selection);
+            self.retrieval = watch.lap();
         }
         if let Some(declared) = &active.occlusion {
             let selection = &mut self.selection;
             let result = self.occluder.hide(declared, view, boxes, selection);
             let took = watch.lap();
             self.effects.occlusion = Some(Ran { result, took });
+        }
+    }
+
+    /// Retrieval within the visibility range. A budget is not spent on what lies beyond it: where
+    /// some of the largest do, so many more are asked for until it is met; their number only
+    /// grows, so this ends, at the latest when nothing is left out.
+    fn in_haze(
+        &mut self,
+        tree: &LodTree,
+        view: &View,
+        declared: &scene::Haze,
+        watch: &mut Watch<impl FnMut() -> Duration>,
+    ) {
+        let boxes = tree.arrays().object_boxes;
+        let shortened = haze::shortened(declared, view);
+        let mut took = watch.lap();
+        let mut lod = self.lod;
+        self.retrieval = Duration::ZERO;
+        loop {
+            lod::select(tree, &shortened, &lod, &mut self.selection);
+            self.retrieval += watch.lap();
+            let result = haze::clear(declared, view, boxes, &mut self.selection);
+            took += watch.lap();
+            self.effects.haze = Some(Ran { result, took });
+            let (Lod::Budget(asked), Lod::Budget(spent)) = (self.lod, lod) else {
+                return;
+            };
+            let needed = asked.max_objects().saturating_add(result);
+            if needed <= spent.max_objects() {
+                return;
+            }
+            lod = Lod::Budget(BudgetLod::new(needed));
         }
     }
 

@@ -33,7 +33,9 @@ pub(super) enum Command {
     Query(QueryArgs),
     /// Answer over HTTP; without a file, for the built-in demo city
     Serve(ServeArgs),
-    /// Measure and plot: far-dist, scaling or all
+    /// Draw a picture of the objects a camera calls for
+    Render(RenderArgs),
+    /// Measure, plot and picture
     Experiment(ExperimentArgs),
 }
 
@@ -108,7 +110,7 @@ pub(super) struct InfoArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
-pub(super) struct QueryArgs {
+pub(super) struct SelectArgs {
     /// The city
     pub file: PathBuf,
     /// Where the camera stands: x,y,z
@@ -135,9 +137,42 @@ pub(super) struct QueryArgs {
     /// Past the last level: show or hide
     #[arg(long, default_value = "show")]
     pub beyond: BeyondArg,
+    /// Instead of by distance: all objects of at least this size on the screen, pixels
+    #[arg(long, conflicts_with_all = ["far_dist", "dist_factor", "levels", "beyond", "max_objects"])]
+    pub max_error_px: Option<f64>,
+    /// Instead of by distance: so many objects, the largest on the screen
+    #[arg(long, conflicts_with_all = ["far_dist", "dist_factor", "levels", "beyond"])]
+    pub max_objects: Option<u32>,
+    /// Speed of the camera, m/s; matters where the city declares motion
+    #[arg(long, default_value_t = 0.0)]
+    pub speed: f64,
+    /// Switch off an effect that the city declares; may be given more than once
+    #[arg(long, value_name = "EFFECT")]
+    pub without: Vec<EffectArg>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct QueryArgs {
+    #[command(flatten)]
+    pub select: SelectArgs,
     /// As JSON, like the HTTP service
     #[arg(long)]
     pub json: bool,
+    /// With the pixels of each object, where the city declares occlusion
+    #[arg(long, requires = "json")]
+    pub visible_pixels: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    pub select: SelectArgs,
+    /// Where to write the picture: a name that ends in .png
+    #[arg(short, long, value_parser = png_name)]
+    pub output: PathBuf,
+    /// What colours tell: the class of an object or its level
+    #[arg(long, default_value = "class")]
+    pub tint: TintArg,
 }
 
 #[derive(Debug, clap::Args)]
@@ -185,6 +220,13 @@ fn citylod_or_glb_name(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+fn png_name(text: &str) -> Result<PathBuf, String> {
+    match extension(Path::new(text)) {
+        "png" => Ok(text.into()),
+        _ => Err("the name must end in .png".into()),
+    }
+}
+
 fn metres(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|m: &f64| !m.is_nan());
     number.ok_or_else(|| "expected a number of metres or inf".into())
@@ -213,7 +255,7 @@ pub(super) struct ExperimentArgs {
     /// Which one
     #[arg(value_parser = experiment_names())]
     pub name: String,
-    /// Also write csv, svg and json into this folder
+    /// Also write csv, json, plots and pictures into this folder
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// One JSON object instead of a table
@@ -249,10 +291,23 @@ impl From<UpArg> for Up {
     }
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum EffectArg {
+    Motion,
+    Haze,
+    Occlusion,
+}
+
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum BeyondArg {
     Show,
     Hide,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum TintArg {
+    Class,
+    Level,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

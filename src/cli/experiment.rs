@@ -11,6 +11,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
     let options = Options {
         cities: args.city.clone(),
         largest: args.largest,
+        program: std::env::current_exe().ok(),
     };
     let named = |experiment: &Experiment| experiment.name() == args.name;
     match Experiment::ALL.into_iter().find(named) {

@@ -9,6 +9,8 @@ mod import;
 mod info;
 mod progress;
 mod query;
+mod render;
+mod select;
 mod serve;
 mod text;
 
@@ -25,6 +27,7 @@ pub fn run() -> ExitCode {
         Command::Generate(args) => generate::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Query(args) => query::run(&args),
+        Command::Render(args) => render::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Experiment(args) => experiment::run(&args),
     };

@@ -28,7 +28,7 @@ impl Occluder {
         boxes: &[[f64; 6]],
         selection: &mut Selection,
     ) -> u32 {
-        let size = buffer_size(declared, view);
+        let size = buffer_size(declared.width_px, view);
         let buffer = match &mut self.buffer {
             Some(buffer) if buffer.size() == size => buffer,
             other => other.insert(IdBuffer::new(size[0], size[1])),
@@ -67,9 +67,9 @@ impl Occluder {
 }
 
 /// The declared width, and the height that keeps the shape of the view.
-fn buffer_size(declared: &scene::Occlusion, view: &View) -> [u32; 2] {
+fn buffer_size(width_px: u32, view: &View) -> [u32; 2] {
     let [width, height] = view.viewport().map(f64::from);
-    let rows = (f64::from(declared.width_px) * height / width).round();
+    let rows = (f64::from(width_px) * height / width).round();
     let most = f64::from(*scene::Occlusion::WIDTHS_PX.end());
-    [declared.width_px, rows.clamp(1.0, most) as u32]
+    [width_px, rows.clamp(1.0, most) as u32]
 }

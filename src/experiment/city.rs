@@ -3,14 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use super::ReportError;
+use super::exact::Camera;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
-use crate::scene::{CityParams, Scene, SceneObject, generate};
+use crate::scene::{CityParams, Effects, Scene, SceneObject, generate};
 
 /// As many objects as in Gong's test.
 pub(super) const GONG_OBJECTS: u32 = 23_951;
 pub(super) const SEED: u64 = 1;
+/// Spreads places evenly without lining them up.
+pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// A generated city.
 pub(super) fn generated_scene(objects: u32) -> Scene {
@@ -22,10 +25,14 @@ pub(super) fn generated_scene(objects: u32) -> Scene {
 
 /// The tree of a generated city.
 pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
-    Ok(index::build(
-        &generated_scene(objects),
-        Promotion::default(),
-    )?)
+    generated_with(objects, Effects::default())
+}
+
+/// The same with what it declares.
+pub(super) fn generated_with(objects: u32, effects: Effects) -> Result<LodTree, ReportError> {
+    let mut scene = generated_scene(objects);
+    scene.effects = effects;
+    Ok(index::build(&scene, Promotion::default())?)
 }
 
 /// The real city of as many objects as Gong's in the folder that `CITYLOD_DATA` names, where
@@ -77,9 +84,13 @@ pub(super) fn name(path: &Path) -> String {
 /// Level views a little above the roofs, from `places` places about the densest part in four
 /// directions each: "the viewpoint close to the ground, the line of sight level" (Gong, 2.3).
 pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, ReportError> {
+    let cameras = level_cameras(tree, places).into_iter();
+    cameras.map(|camera| Ok(camera.view()?)).collect()
+}
+
+/// What [`level_views`] are made from.
+pub(super) fn level_cameras(tree: &LodTree, places: u32) -> Vec<Camera> {
     const HEIGHT_M: f64 = 60.0;
-    /// The golden angle spreads places evenly without lining them up.
-    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
     let middle = densest(tree);
     let size = tree.bounds().size();
     let spread = size.x.min(size.y) * 0.06;
@@ -87,28 +98,36 @@ pub(super) fn level_views(tree: &LodTree, places: u32) -> Result<Vec<View>, Repo
         near: 0.1,
         far: None,
     };
-    (0..places)
-        .flat_map(|place| {
+    (0_u32..)
+        .zip(spiral(middle, spread, places))
+        .flat_map(|(place, eye)| {
             let turn = f64::from(place) * GOLDEN_ANGLE;
-            let out = spread * (f64::from(place) / f64::from(places)).sqrt();
-            let eye = middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0);
             let eye = eye.with_z(tree.bounds().min().z + HEIGHT_M);
             (0..4).map(move |quarter| {
                 let heading = turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2;
                 let target = eye + DVec3::new(heading.cos(), heading.sin(), 0.0);
-                Ok(View::new(
+                Camera::Posed {
                     eye,
-                    Orientation::LookAt {
+                    orientation: Orientation::LookAt {
                         target,
                         up: DVec3::Z,
                     },
-                    Projection::Perspective { fov_y_deg: 60.0 },
+                    projection: Projection::Perspective { fov_y_deg: 60.0 },
                     depth,
-                    [1920, 1080],
-                )?)
+                    viewport: [1920, 1080],
+                }
             })
         })
         .collect()
+}
+
+/// `places` places within `spread` metres about a middle.
+pub(super) fn spiral(middle: DVec3, spread: f64, places: u32) -> impl Iterator<Item = DVec3> {
+    (0..places).map(move |place| {
+        let turn = f64::from(place) * GOLDEN_ANGLE;
+        let out = spread * (f64::from(place) / f64::from(places)).sqrt();
+        middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0)
+    })
 }
 
 /// Median midpoint of the objects: a few far-off ones do not move it.

@@ -6,40 +6,66 @@
 
 mod accuracy;
 mod city;
+mod culling;
+mod effects;
+pub mod exact;
 mod far_dist;
 mod fit;
 mod page;
 mod plot;
 mod report;
 mod scaling;
+pub mod stability;
+mod street;
 mod timing;
+mod views;
 
 use std::path::PathBuf;
 
 pub use page::{Entry, Outcome, write_index};
-pub use report::{Picture, Plot, Report, ReportError, Table};
+pub use report::{Plot, Report, ReportError, ReportPicture, Table};
 
 /// What can be asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Experiment {
     /// Objects drawn against `far_dist` (Gong, figure 4).
     FarDist,
+    /// Level, far and near views with and without LOD (Gong, figures 1 to 3).
+    Views,
     /// Cost against the number of objects.
     Scaling,
     /// What accuracy costs in time.
     Accuracy,
+    /// Methods of culling: what they cost and what they keep.
+    Culling,
+    /// Cost of each effect, declared and not.
+    Effects,
+    /// Promises about rounding, against exact arithmetic.
+    Stability,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 3] = [Self::FarDist, Self::Scaling, Self::Accuracy];
+    pub const ALL: [Self; 7] = [
+        Self::FarDist,
+        Self::Views,
+        Self::Scaling,
+        Self::Accuracy,
+        Self::Culling,
+        Self::Stability,
+        Self::Effects,
+    ];
 
     /// The name on the command line and of the files written.
     pub fn name(self) -> &'static str {
         match self {
             Self::FarDist => "far-dist",
+            Self::Views => "views",
             Self::Scaling => "scaling",
             Self::Accuracy => "accuracy",
+            Self::Culling => "culling",
+            Self::Effects => "effects",
+            Self::Stability => "stability",
         }
     }
 
@@ -47,14 +73,21 @@ impl Experiment {
     pub fn question(self) -> &'static str {
         match self {
             Self::FarDist => "How many objects are drawn as the far distance grows?",
+            Self::Views => "What does a city look like with levels of detail and without?",
             Self::Scaling => "What does an answer cost as the city grows?",
             Self::Accuracy => "What does accuracy cost in time, and what does each mode miss?",
+            Self::Culling => "What does each way to cull cost, and what does it keep?",
+            Self::Effects => "What does each effect cost, declared and not?",
+            Self::Stability => "Do the promises about rounding hold against exact arithmetic?",
         }
     }
 
     /// Whether it looks at [`Options::cities`]; the others make their cities themselves.
     pub fn looks_at_cities(self) -> bool {
-        matches!(self, Self::FarDist | Self::Accuracy)
+        matches!(
+            self,
+            Self::FarDist | Self::Views | Self::Accuracy | Self::Culling
+        )
     }
 }
 
@@ -65,6 +98,8 @@ pub struct Options {
     pub cities: Vec<PathBuf>,
     /// Largest generated city, objects; default 10,000,000.
     pub largest: Option<u32>,
+    /// This program as a command, whose instructions can be counted.
+    pub program: Option<PathBuf>,
 }
 
 /// Called with what is being done.
@@ -81,7 +116,11 @@ pub fn run(
 ) -> Result<Report, ReportError> {
     match experiment {
         Experiment::FarDist => far_dist::run(options, progress),
+        Experiment::Views => views::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
         Experiment::Accuracy => accuracy::run(options, progress),
+        Experiment::Culling => culling::run(options, progress),
+        Experiment::Effects => effects::run(options, progress),
+        Experiment::Stability => stability::run(progress),
     }
 }

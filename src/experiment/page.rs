@@ -8,7 +8,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::Duration;
 
-use super::report::{Picture, Report, ReportError, Table};
+use super::report::{Report, ReportError, ReportPicture, Table};
 use super::{Experiment, Options, plot};
 use crate::index::replace_file;
 
@@ -126,8 +126,9 @@ fn chapter(outcome: &Outcome) -> String {
     for paragraph in report.text.split("\n\n") {
         let _ = write!(out, "<p>{}</p>", escaped(paragraph).replace('\n', "<br>"));
     }
-    for picture in &report.pictures {
-        out += &figure(report, picture);
+    if !report.pictures.is_empty() {
+        let figures: String = report.pictures.iter().map(figure).collect();
+        let _ = write!(out, "<div class=\"pictures\">{figures}</div>");
     }
     for drawn in &report.plots {
         let svg = plot::for_pages(&drawn.svg);
@@ -142,11 +143,10 @@ fn chapter(outcome: &Outcome) -> String {
 /// Longer tables are folded away.
 const LONG_TABLE: usize = 24;
 
-fn figure(report: &Report, Picture { name, caption, .. }: &Picture) -> String {
-    let file = report.file_name(name, "png");
-    let caption = escaped(caption);
+fn figure(ReportPicture { file, caption, .. }: &ReportPicture) -> String {
+    let (file, caption) = (escaped(file), escaped(caption));
     format!(
-        "<figure><img src=\"{file}\" alt=\"{caption}\" loading=\"lazy\">\
+        "<figure><a href=\"{file}\"><img src=\"{file}\" alt=\"{caption}\" loading=\"lazy\"></a>\
          <figcaption>{caption}</figcaption></figure>"
     )
 }

@@ -22,7 +22,7 @@ pub struct Report {
     /// The plots, likewise.
     pub plots: Vec<Plot>,
     /// The pictures, likewise.
-    pub pictures: Vec<Picture>,
+    pub pictures: Vec<ReportPicture>,
     /// Everything, for programs.
     pub json: Value,
 }
@@ -49,14 +49,14 @@ pub struct Plot {
     pub svg: String,
 }
 
-/// A rendered view.
-#[derive(Debug, Clone, Default)]
-pub struct Picture {
-    /// As in [`Table::name`].
-    pub name: String,
-    /// What is to be seen.
+/// A picture of a report.
+#[derive(Debug, Clone)]
+pub struct ReportPicture {
+    /// Name of its file, which ends in `.png`.
+    pub file: String,
+    /// What it shows.
     pub caption: String,
-    /// PNG.
+    /// The file.
     pub png: Vec<u8>,
 }
 
@@ -83,6 +83,9 @@ pub enum ReportError {
         /// What the system said.
         source: io::Error,
     },
+    /// A city lacks what the experiment is about.
+    #[error("the city does not have {0}: take a larger one")]
+    Nothing(&'static str),
     /// A plot cannot be drawn.
     #[error("cannot draw the plot: {0}")]
     Plot(String),
@@ -98,8 +101,8 @@ impl Report {
         out
     }
 
-    /// Writes `NAME.json`, and each table, plot and picture as `NAME.csv`, `NAME.svg`, `NAME.png`
-    /// or `NAME-its-own.csv` and so on, into a folder, which is made if need be.
+    /// Writes `NAME.json`, each table and plot as `NAME.csv` and `NAME.svg` or, past the main ones,
+    /// as `NAME-ITS-OWN.csv` and so on, and the pictures, into a folder, which is made if need be.
     ///
     /// # Errors
     /// [`ReportError::Write`] naming the file.
@@ -108,20 +111,22 @@ impl Report {
             path: folder.to_owned(),
             source,
         })?;
-        let write = |name: &str, extension: &str, content: &[u8]| {
-            let path = folder.join(self.file_name(name, extension));
+        let write = |file: &str, content: &[u8]| {
+            let path = folder.join(file);
             std::fs::write(&path, content).map_err(|source| ReportError::Write { path, source })
         };
         for table in &self.tables {
-            write(table.name, "csv", table.to_csv().as_bytes())?;
+            let file = self.file_name(table.name, "csv");
+            write(&file, table.to_csv().as_bytes())?;
         }
         for plot in &self.plots {
-            write(plot.name, "svg", plot.svg.as_bytes())?;
+            write(&self.file_name(plot.name, "svg"), plot.svg.as_bytes())?;
         }
         for picture in &self.pictures {
-            write(&picture.name, "png", &picture.png)?;
+            write(&picture.file, &picture.png)?;
         }
-        write("", "json", format!("{:#}\n", self.json).as_bytes())
+        let file = self.file_name("", "json");
+        write(&file, format!("{:#}\n", self.json).as_bytes())
     }
 
     pub(super) fn file_name(&self, name: &str, extension: &str) -> String {

@@ -301,6 +301,12 @@ impl Filter {
 }
 
 impl EightDistances {
+    /// Their squares, m², within f32.
+    #[inline]
+    pub fn squared(&self) -> f32x8 {
+        self.squared
+    }
+
     /// Boxes certainly nearer than the threshold.
     #[inline]
     pub fn nearer(&self, threshold: &Threshold) -> Lanes {

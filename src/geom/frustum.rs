@@ -139,13 +139,16 @@ impl Plane {
     }
 
     /// The same half-space, its numbers multiplied by a power of two, which rounds nothing.
-    fn rescaled(self) -> Self {
+    pub(super) fn rescaled(self) -> Self {
         let times = |plane: Self, factor: f64| Self {
             normal: plane.normal * factor,
             offset: plane.offset * factor,
             offset_error: plane.offset_error * factor,
         };
         let largest = |plane: &Self| plane.normal.abs().max_element();
+        if self.normal == DVec3::ZERO {
+            return self;
+        }
         // Out of the reach of denormals first, whose exponents do not tell their size.
         let plane = match largest(&self) {
             tiny if tiny < f64::MIN_POSITIVE => times(self, f64::from_bits((1023 + 600) << 52)),

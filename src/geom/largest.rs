@@ -52,6 +52,18 @@ impl LargestSize {
         set & !negative(within)
     }
 
+    /// Radii up to these are not larger than the bound at the distances.
+    #[inline]
+    pub fn quiet_radii(&self, distances: &EightDistances) -> f32x8 {
+        const LESS: f32 = 1.0 - 4.0 * DISTANCE_SLACK as f32;
+        if self.perspective {
+            let distance = distances.squared.sqrt() * f32x8::splat(LESS);
+            (distance - f32x8::splat(self.distance_error)) * f32x8::splat(self.bound * LESS)
+        } else {
+            f32x8::splat(self.bound)
+        }
+    }
+
     /// Takes the boxes in `set` into account, infinitely large around the eye.
     #[inline(never)]
     pub fn raise(&mut self, radii: f32x8, distances: &EightDistances, set: Lanes) {

@@ -7,6 +7,7 @@ mod clip;
 mod filter;
 mod frustum;
 mod largest;
+mod separating;
 mod size;
 mod view;
 mod view_error;
@@ -19,6 +20,7 @@ pub use filter::{
 pub use frustum::{Frustum, Plane, Relation};
 pub use glam::{DMat4, DQuat, DVec2, DVec3};
 pub use largest::LargestSize;
+pub use separating::SeparatingAxes;
 pub use size::SizeThreshold;
 pub use view::{DepthRange, Orientation, PixelScale, Projection, View};
 pub use view_error::ViewError;

@@ -53,6 +53,8 @@ pub struct SizeThreshold {
     certain: [f32x8; 2],
     /// A radius times this and that reaches as far as the box may be away.
     possible: [f32x8; 2],
+    /// One divided by their factors: more than that of the first, less than that of the second.
+    inverse: [f32x8; 2],
 }
 
 /// Squares of this are f32 numbers like any other.
@@ -74,16 +76,22 @@ impl SizeThreshold {
         let less = factor.min(LARGEST_FACTOR);
         let error = distance_error * MORE + TINY;
         let unsure = error + less * 2.0 * f64::from(f32::MIN_POSITIVE);
+        let certain = [
+            ((less * LESS) as f32).next_down(),
+            (unsure as f32).next_up(),
+        ];
+        let possible = [((factor * MORE) as f32).next_up(), (error as f32).next_up()];
+        // Root, sum and product round as often as product, sum and square do.
+        let inverse = [
+            (MORE / f64::from(certain[0].max(0.0))) as f32,
+            (LESS / f64::from(possible[0])) as f32,
+        ];
         Self {
             px,
             perspective,
-            certain: [
-                ((less * LESS) as f32).next_down(),
-                (unsure as f32).next_up(),
-            ]
-            .map(f32x8::splat),
-            possible: [((factor * MORE) as f32).next_up(), (error as f32).next_up()]
-                .map(f32x8::splat),
+            certain: certain.map(f32x8::splat),
+            possible: possible.map(f32x8::splat),
+            inverse: inverse.map(f32x8::splat),
         }
     }
 
@@ -100,6 +108,20 @@ impl SizeThreshold {
     pub fn missed(&self, radii: f32x8, distances: &EightDistances) -> Lanes {
         let reach = radii * self.possible[0] + self.possible[1];
         negative(self.squared(distances).simd_gt(reach * reach))
+    }
+
+    /// Radii above these are certainly large enough at the distances.
+    #[inline]
+    pub fn certain_radii(&self, distances: &EightDistances) -> f32x8 {
+        let reach = self.squared(distances).sqrt() + self.certain[1];
+        reach * self.inverse[0]
+    }
+
+    /// Radii below these are certainly too small at the distances.
+    #[inline]
+    pub fn impossible_radii(&self, distances: &EightDistances) -> f32x8 {
+        let reach = self.squared(distances).sqrt() - self.possible[1];
+        reach * self.inverse[1]
     }
 
     #[inline]

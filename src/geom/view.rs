@@ -180,20 +180,24 @@ impl View {
             return Err(ViewError::new(FIELD, "must be 16 finite numbers"));
         }
         let [x, y, z, w] = [0, 1, 2, 3].map(|i| view_projection.row(i));
-        // Absolute matrices make the offset a difference of large numbers.
-        let half_spaces = [w + z, w - z, w + x, w - x, w + y, w - y].map(|row| Plane {
-            normal: row.truncate(),
-            offset: row.truncate().dot(eye) + row.w,
-            offset_error: 6.0 * f64::EPSILON * (row.truncate().abs().dot(eye.abs()) + row.w.abs()),
-        });
+        let rows = [w + z, w - z, w + x, w - x, w + y, w - y];
         let mut planes = Vec::with_capacity(Frustum::MAX_PLANES);
-        for plane in half_spaces {
-            if !plane.normal.is_finite() || !plane.offset.is_finite() {
+        for row in rows {
+            // Scaled first, so that no product underflows.
+            let Plane { normal, offset, .. } = Plane::exact(row.truncate(), row.w).rescaled();
+            let magnitude = normal.abs().dot(eye.abs()) + offset.abs();
+            let offset = normal.dot(eye) + offset;
+            if !normal.is_finite() || !offset.is_finite() {
                 return Err(ViewError::new(FIELD, "overflows: scale it down"));
             }
-            if plane.normal != DVec3::ZERO {
-                planes.push(plane);
-            } else if plane.offset < 0.0 {
+            if normal != DVec3::ZERO {
+                // Absolute matrices make the offset a difference of large numbers.
+                planes.push(Plane {
+                    normal,
+                    offset,
+                    offset_error: 6.0 * f64::EPSILON * magnitude,
+                });
+            } else if offset < 0.0 {
                 return Err(ViewError::new(
                     FIELD,
                     "shows nothing: a clip plane is empty",
@@ -224,7 +228,10 @@ impl View {
         // One sum per coefficient.
         let coefficient_error = 2.0;
         Ok(Self {
-            clip: ClipSpace::of_planes(&half_spaces),
+            clip: ClipSpace::of_planes(&rows.map(|row| {
+                let normal = row.truncate();
+                Plane::exact(normal, normal.dot(eye) + row.w)
+            })),
             frustum: Frustum::new(eye, planes, coefficient_error),
             pixels,
             viewport,

@@ -41,39 +41,34 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
     }
     let filter = Filter::new(view.frustum(), tree.origin(), &tree.bounds());
     let budget = lod.max_objects as usize;
-    let mut wanted = Wanted {
-        sure: f64::INFINITY,
-        least: 0.0,
-    };
-    let mut width = NARROW;
+    let survey = &mut selection.sizes.survey;
+    let mut wanted = survey.estimate(tree, view, &filter, lod.max_objects);
+    let mut width = WIDTH;
     loop {
         let omitted = sweep(tree, view, &filter, wanted, selection);
         let sure = selection.count() as usize;
-        let Some(missing) = budget.checked_sub(sure) else {
-            wanted = Wanted {
+        let found = sure + selection.sizes.border.len();
+        wanted = if sure > budget {
+            Wanted {
                 sure: (wanted.sure * width).max(f64::MIN_POSITIVE),
                 least: wanted.sure,
-            };
-            width *= width;
-            selection.forget_ranges();
-            continue;
-        };
-        if missing > selection.sizes.border.len() && wanted.least > 0.0 {
-            wanted = Wanted {
+            }
+        } else if found < budget && wanted.least > 0.0 {
+            Wanted {
                 sure: wanted.least,
                 least: wanted.least / width,
-            };
-            width *= width;
-            selection.forget_ranges();
-            continue;
-        }
-        return fill(selection, missing, wanted.sure, omitted);
+            }
+        } else {
+            return fill(selection, budget - sure, wanted.sure, omitted);
+        };
+        width *= width;
+        selection.forget_ranges();
     }
 }
 
-/// Ratio of the two sizes of the second attempt; that of each further one is squared, so that
-/// they soon come to 0 or infinity.
-const NARROW: f64 = 1.5;
+/// Ratio of the two sizes of a second attempt, where the estimate was wrong; that of each further
+/// one is squared, so that they soon come to 0 or infinity.
+const WIDTH: f64 = 1.3;
 
 /// Adds the `missing` largest of the border.
 fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) {

@@ -14,6 +14,7 @@ mod mode;
 mod range;
 mod retrieve;
 mod selection;
+mod survey;
 mod sweep;
 
 pub use budget::BudgetLod;

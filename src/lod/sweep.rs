@@ -15,6 +15,7 @@ use wide::f32x8;
 
 use super::retrieve::exact;
 use super::selection::Stats;
+use super::survey::Survey;
 use super::{Selection, lanes};
 use crate::geom::{
     Eight, EightDistances, Filter, Lanes, LargestSize, PixelScale, PlaneSet, SizeThreshold, View,
@@ -39,6 +40,7 @@ pub(super) struct Sizes {
     pub(super) border: Vec<Sized>,
     /// The same in the order of size, as far as needed.
     pub(super) ranked: Vec<Sized>,
+    pub(super) survey: Survey,
 }
 
 /// An object of the frustum and its size, pixels.
@@ -131,6 +133,14 @@ struct Sweep<'a> {
     selection: &'a mut Selection,
 }
 
+/// Radii that tell what eight boxes hold, by their distances.
+struct Limits {
+    /// Up to these nothing exceeds what is known to be left out.
+    quiet: f32x8,
+    /// Below these everything is too small.
+    small: f32x8,
+}
+
 impl Sweep<'_> {
     /// Levels count from the coarsest here.
     fn start_level(&mut self, level: u32) {
@@ -174,49 +184,53 @@ impl Sweep<'_> {
             return;
         }
         let distances = self.filter.distances(boxes);
-        let large = self.large_enough(held, &distances, visible);
+        let limits = self.limits(&distances);
+        let large = self.large_enough(held, &distances, &limits, visible);
         if large == 0 {
             return;
         }
-        let deeper = if level > 0 {
-            self.hidden(first, &distances, large)
-        } else {
-            0
+        let deeper = match self.arrays.hidden_radii.get(first as usize..) {
+            Some(radii) if level > 0 => match radii.first_chunk::<8>() {
+                Some(&hidden) => self.large_enough(hidden.into(), &distances, &limits, large),
+                None => 0, // only in a damaged file
+            },
+            _ => 0,
         };
+        let farthest = self.filter.farthest(boxes);
+        let sure = self.sure.certain_radii(&farthest).to_array();
+        let quiet = limits.quiet.to_array();
         for lane in lanes::each(large) {
             let planes = relations.open_planes(lane);
-            self.own(first + lane, planes);
+            let of_lane = |radii: &[f32; 8]| f32x8::splat(radii[lane as usize & 7]);
+            self.own(first + lane, planes, of_lane(&quiet), of_lane(&sure));
             if lanes::has(deeper, lane) {
                 self.open(first + lane, planes);
             }
         }
     }
 
+    #[inline]
+    fn limits(&self, distances: &EightDistances) -> Limits {
+        let small = self.least.impossible_radii(distances);
+        let quiet = self.omitted.quiet_radii(distances).fast_min(small);
+        Limits { quiet, small }
+    }
+
     /// Those of `set` that may hold something large enough.
     #[inline]
-    fn large_enough(&mut self, radii: f32x8, distances: &EightDistances, set: Lanes) -> Lanes {
-        let large = set & !self.least.missed(radii, distances);
-        if large != set {
-            self.omit(radii, distances, set & !large);
+    fn large_enough(
+        &mut self,
+        radii: f32x8,
+        distances: &EightDistances,
+        limits: &Limits,
+        set: Lanes,
+    ) -> Lanes {
+        let set = set & !lanes::of(radii.simd_le(limits.quiet));
+        let missed = set & lanes::of(radii.simd_lt(limits.small));
+        if missed != 0 {
+            self.omitted.raise(radii, distances, missed);
         }
-        large
-    }
-
-    /// The same for what lies below the nodes.
-    #[inline]
-    fn hidden(&mut self, first: u32, distances: &EightDistances, set: Lanes) -> Lanes {
-        let radii = self.arrays.hidden_radii.get(first as usize..);
-        match radii.and_then(|r| r.first_chunk::<8>()) {
-            Some(&radii) => self.large_enough(radii.into(), distances, set),
-            None => 0, // only in a damaged file
-        }
-    }
-
-    #[inline]
-    fn omit(&mut self, radii: f32x8, distances: &EightDistances, set: Lanes) {
-        if self.omitted.exceeding(radii, distances, set) != 0 {
-            self.omitted.raise(radii, distances, set);
-        }
+        set & !missed
     }
 
     /// Lists the children of a node to be looked at.
@@ -239,9 +253,10 @@ impl Sweep<'_> {
         }
     }
 
-    /// Adds or lists a node's own objects.
+    /// Adds or lists a node's own objects: those of a radius up to `quiet` are too small and do
+    /// not raise the bound, those above `sure` are large enough.
     #[inline]
-    fn own(&mut self, node: u32, planes: PlaneSet) {
+    fn own(&mut self, node: u32, planes: PlaneSet, quiet: f32x8, sure: f32x8) {
         let starts = self.arrays.own.get(node as usize..);
         let block = self.arrays.own_block_starts.get(node as usize);
         let (Some(&[mut first, end, ..]), Some(&block)) = (starts, block) else {
@@ -252,25 +267,43 @@ impl Sweep<'_> {
         }
         let mut block = block as usize;
         while first < end {
-            let (Some(boxes), Some(&radii)) = (
-                self.arrays.own_blocks.get(block),
-                self.arrays.own_radii.get(block),
-            ) else {
+            let Some(&radii) = self.arrays.own_radii.get(block) else {
                 return; // only in a damaged file
             };
-            let count = (end - first).min(8);
-            self.objects(boxes, radii.into(), first, count, planes);
-            first += count;
+            let radii = f32x8::from(radii);
+            let all = lanes::first((end - first).min(8));
+            let small = lanes::of(radii.simd_le(quiet));
+            let large = if planes == 0 {
+                all & lanes::of(radii.simd_gt(sure))
+            } else {
+                0
+            };
+            // Mostly that tells, and the boxes need not be looked at.
+            if all & !(small | large) == 0 {
+                self.selection.push_runs(first, large);
+            } else {
+                self.objects(block, radii, first, all, planes);
+            }
+            first = first.saturating_add(8);
             block += 1;
         }
         self.next_object = end;
     }
 
-    #[inline]
-    fn objects(&mut self, boxes: &Eight, radii: f32x8, first: u32, count: u32, planes: PlaneSet) {
-        self.stats.objects_tested += count;
+    /// Eight objects by their own distances.
+    fn objects(
+        &mut self,
+        block: usize,
+        radii: f32x8,
+        first: u32,
+        mut set: Lanes,
+        planes: PlaneSet,
+    ) {
+        let Some(boxes) = self.arrays.own_blocks.get(block) else {
+            return; // only in a damaged file
+        };
+        self.stats.objects_tested += set.count_ones();
         let distances = self.filter.distances(boxes);
-        let mut set = lanes::first(count);
         if planes != 0 {
             let (outside, touching) = self.filter.outside_or_touching(boxes, planes);
             set &= !outside;
@@ -278,10 +311,11 @@ impl Sweep<'_> {
                 set = set & touching | self.not_outside(first, set & !touching);
             }
         }
-        let large = self.large_enough(radii, &distances, set);
-        if large == 0 {
-            return;
+        let missed = set & self.least.missed(radii, &distances);
+        if missed != 0 && self.omitted.exceeding(radii, &distances, missed) != 0 {
+            self.omitted.raise(radii, &distances, missed);
         }
+        let large = set & !missed;
         let mut sure = large & self.sure.reached(radii, &distances);
         if sure != large {
             sure |= self.decide(first, large & !sure);

@@ -32,6 +32,7 @@ pub use config::Config;
 pub use routes::{ROUTES, Route, Verb, router};
 pub use scenes::{City, NameError, Scenes};
 pub use server::{ListenError, Server, stop_signal};
+pub use visible::Tail;
 
 /// The description of the API, as served at `/api`.
 pub const OPENAPI: &str = include_str!("../../openapi.yaml");

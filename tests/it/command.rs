@@ -4,7 +4,7 @@ use std::process::Stdio;
 
 use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use citylod::index::LodTree;
-use citylod::lod::{Beyond, RangeLod, Selection, retrieve};
+use citylod::lod::{Beyond, BudgetLod, ErrorLod, Lod, RangeLod, Selection, select};
 use serde_json::Value;
 
 use crate::desk::Desk;
@@ -285,7 +285,7 @@ fn info_states_what_the_library_holds() {
     );
 }
 
-fn library_ids(path: &Path, far_dist: f64, levels: u32) -> (Vec<String>, f64) {
+fn library_ids(path: &Path, lod: &Lod) -> (Vec<String>, f64) {
     let tree = LodTree::open(path).unwrap();
     let view = View::new(
         DVec3::new(-350.5, -200.0, 80.0),
@@ -300,13 +300,46 @@ fn library_ids(path: &Path, far_dist: f64, levels: u32) -> (Vec<String>, f64) {
         },
         [1920, 1080],
     );
-    let lod = RangeLod::new(far_dist, 2.5, levels, Beyond::Show).unwrap();
     let mut selection = Selection::default();
-    retrieve(&tree, &view.unwrap(), &lod, &mut selection);
+    select(&tree, &view.unwrap(), lod, &mut selection);
     let ids = selection
         .objects()
         .map(|o| tree.id(o).unwrap().into_owned());
     (ids.collect(), selection.error_px())
+}
+
+fn by_range(far_dist: f64, levels: u32) -> Lod {
+    Lod::Range(RangeLod::new(far_dist, 2.5, levels, Beyond::Show).unwrap())
+}
+
+#[test]
+fn query_by_size_gives_the_librarys_answer() {
+    const POSE: &str = "query city.citylod --eye -350.5,-200,80 --target 0,0,0";
+    let desk = Desk::new();
+    desk.out("generate --objects 3000 -o city.citylod --promote largest");
+    let path = desk.path("city.citylod");
+    for (options, lod, members) in [
+        (
+            "--max-error-px 30",
+            Lod::Error(ErrorLod::new(30.0).unwrap()),
+            serde_json::json!({"mode":"error","max_error_px":30.0}),
+        ),
+        (
+            "--max-objects 123",
+            Lod::Budget(BudgetLod::new(123)),
+            serde_json::json!({"mode":"budget","max_objects":123}),
+        ),
+    ] {
+        let (expected, error_px) = library_ids(&path, &lod);
+        assert!(expected.len() > 100, "a view worth testing");
+        let out = desk.out(&format!("{POSE} {options}"));
+        assert_eq!(out.lines().collect::<Vec<_>>(), expected, "{options}");
+        let answer = desk.json(&format!("{POSE} {options} --json"));
+        let mut wanted = members;
+        wanted["error_px"] = serde_json::json!(error_px);
+        assert_eq!(answer["lod"], wanted);
+        assert_eq!(answer["ids"], serde_json::json!(expected));
+    }
 }
 
 #[test]
@@ -322,7 +355,7 @@ fn query_gives_the_librarys_answer() {
         ("--far-dist inf", f64::INFINITY, 4),
     ] {
         let words = format!("{POSE} {options}");
-        let (expected, error_px) = library_ids(&path, far_dist, levels);
+        let (expected, error_px) = library_ids(&path, &by_range(far_dist, levels));
         assert!(!expected.is_empty());
         let out = desk.out(words.trim_end());
         assert_eq!(out.lines().collect::<Vec<_>>(), expected, "{options}");
@@ -379,6 +412,23 @@ fn exit_codes_and_places() {
         ("9,9,9 --dist-factor 0", "--dist-factor"),
         ("9,9,9 --far-dist -1", "--far-dist"),
         ("9,9,9 --far-dist nan", "a number of metres or inf"),
+        ("9,9,9 --max-error-px -1", "--max-error-px"),
+        ("9,9,9 --max-error-px inf", "--max-error-px"),
+        ("9,9,9 --max-objects 1.5", "--max-objects"),
+        (
+            "9,9,9 --max-objects 5 --max-error-px 1",
+            "cannot be used with",
+        ),
+        ("9,9,9 --max-error-px 1 --far-dist 9", "cannot be used with"),
+        (
+            "9,9,9 --max-error-px 1 --beyond show",
+            "cannot be used with",
+        ),
+        ("9,9,9 --max-objects 5 --levels 2", "cannot be used with"),
+        (
+            "9,9,9 --max-objects 5 --dist-factor 2",
+            "cannot be used with",
+        ),
     ] {
         desk.refuses(&format!("{query} {rest}"), 2, &[words, "--help"]);
     }

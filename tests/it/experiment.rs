@@ -76,6 +76,31 @@ fn scaling_states_each_cost() {
 }
 
 #[test]
+fn culling_states_what_each_method_keeps_and_costs() {
+    let desk = Desk::new();
+    desk.out("generate --objects 900 --seed 5 -o own.citylod");
+    let report = desk.json("experiment culling --city own.citylod --json");
+    let rows = report["rows"].as_array().unwrap();
+    let of = |row: &Value, key: &str| row[key].as_str().unwrap().to_owned();
+    assert_eq!(of(&rows[0], "city"), "own");
+    for row in rows {
+        assert!(number(row, "ns_per_box") > 0.0, "{row}");
+        let lost = number(row, "false_negatives");
+        let method = of(row, "method");
+        if !method.contains("without slack") && !method.contains("spheres") {
+            assert_eq!(lost, 0.0, "{row}");
+        }
+        let needless = number(row, "false_positive_pct");
+        if method.contains("axes") || method.contains("exact") {
+            assert_eq!(needless, 0.0, "{row}");
+        }
+        if method == "f64 planes" && of(row, "boxes") == "random at borders" {
+            assert!(needless > 0.0, "planes keep more than meets: {row}");
+        }
+    }
+}
+
+#[test]
 fn a_city_of_ones_own_is_measured_too() {
     let desk = Desk::new();
     desk.out("generate --objects 700 --seed 5 -o own.citylod");
@@ -84,6 +109,40 @@ fn a_city_of_ones_own_is_measured_too() {
     let run = desk.run("experiment far-dist --largest 1000 --city none.citylod");
     assert_eq!(run.code, Some(1));
     assert!(run.err.contains("none.citylod: cannot open"), "{}", run.err);
+}
+
+#[test]
+fn views_come_with_counts_and_pictures() {
+    let desk = Desk::new();
+    desk.out("generate --objects 3000 --seed 5 -o own.citylod");
+    let report = desk.json("experiment views --city own.citylod --json --out seen");
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2 * 3 * 2);
+    for pair in rows.chunks(2) {
+        let [all, some] = pair else {
+            panic!("rows come in pairs");
+        };
+        assert_eq!(all["view"], some["view"]);
+        assert_eq!([&all["lod"], &some["lod"]], [false, true]);
+        let (all, fewer) = (number(all, "count"), number(some, "count"));
+        assert!(fewer > 0.0 && fewer <= all);
+        // Near, all is within the finest level's range; elsewhere it is not.
+        assert_eq!(fewer == all, some["view"] == "near", "{some}");
+    }
+    let png = |name: &str| std::fs::read(desk.path("seen").join(name)).unwrap();
+    for city in ["generated", "own"] {
+        let picture = |view: &str, what: &str| png(&format!("views-{city}-{view}-{what}.png"));
+        for view in ["level", "far", "near"] {
+            let [all, some, levels] =
+                ["without-lod", "with-lod", "levels"].map(|what| picture(view, what));
+            assert!(all.starts_with(b"\x89PNG\r\n\x1a\n"));
+            assert_eq!(all == some, view == "near");
+            assert_ne!(some, levels);
+        }
+    }
+    assert!(!desk.path("seen/views.svg").exists());
+    let csv = std::fs::read_to_string(desk.path("seen/views.csv")).unwrap();
+    assert!(csv.starts_with("city,view,lod,count"), "{csv}");
 }
 
 /// Rows of one scene, view and number of objects asked for, by strategy.

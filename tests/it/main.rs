@@ -13,6 +13,8 @@ mod command;
 mod desk;
 /// A city that is edited keeps its laws and gives the same answers.
 mod edit;
+/// Motion, haze and occlusion: declared, switched off, and what they leave.
+mod effects;
 /// The experiments print, write and state what was asked for.
 mod experiment;
 /// Broken `CityJSON` and `GeoJSON`: what is said of it and where, and that nothing panics.
@@ -35,10 +37,14 @@ mod index_file;
 mod modes;
 /// Views and boxes at the edge of what f32 and f64 can tell.
 mod numerics;
+/// One city at the origin, in a national grid and earth-centred gives the same ids.
+mod offsets;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
 /// Answers over HTTP against a program in another language.
 mod other_language;
+/// Pictures: what `render` writes, refuses, and shows where.
+mod picture;
 /// The id-buffer: its laws, and every pixel against a ray cast through its centre.
 mod raster;
 /// Real cities, from import to answer.
@@ -49,6 +55,8 @@ mod retrieval;
 mod serve_limits;
 /// The HTTP service: answers, refusals, limits, description.
 mod service;
+/// Culling, "inside" and distances against exact arithmetic, and the oracle against what is plain.
+mod stability;
 /// Random scenes and cameras.
 mod support;
 /// The sources keep the layer table and the house rules.

@@ -17,8 +17,6 @@ pub(super) struct Viewpoint {
 const EYE_LEVEL_M: f64 = 1.7;
 /// So far from the nearest wall a street view stands at least, m.
 const CLEAR_M: f64 = 3.0;
-/// The golden angle spreads places evenly without lining them up.
-const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 /// Places tried for a street view.
 const PLACES: u32 = 400;
 const HEADINGS: u32 = 16;
@@ -110,12 +108,7 @@ fn streets(boxes: &[[f64; 6]], middle: DVec3, spread: f64) -> [DVec3; 2] {
         .iter()
         .filter(|b| off(b, middle, 2) < (2.0 * spread).powi(2))
         .collect();
-    let mut clear = (0..PLACES)
-        .map(|place| {
-            let turn = f64::from(place) * GOLDEN_ANGLE;
-            let out = spread * (f64::from(place) / f64::from(PLACES)).sqrt();
-            middle + DVec3::new(turn.cos() * out, turn.sin() * out, 0.0)
-        })
+    let mut clear = city::spiral(middle, spread, PLACES)
         .filter(|&place| near.iter().all(|b| off(b, place, 3) >= CLEAR_M.powi(2)));
     let first = clear.next().unwrap_or(middle);
     let second = clear.find(|place| place.distance(first) > spread / 3.0);

@@ -1,7 +1,5 @@
 //! From a selection to bytes. Ids are stored ready for JSON, so an answer is made by copying.
 
-use std::time::Duration;
-
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
@@ -10,7 +8,9 @@ use serde::Serialize;
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
 use super::request::Form;
-use crate::lod::{RangeLod, Selection};
+use super::tail::Tail;
+use crate::frame::Frame;
+use crate::lod::Selection;
 
 /// Header of a binary answer: how many numbers the body has.
 pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod-count");
@@ -18,33 +18,6 @@ pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod
 pub const REVISION: header::HeaderName = header::HeaderName::from_static("x-citylod-revision");
 /// Header of a binary answer: the bound, pixels; left out when infinite.
 pub const ERROR_PX: header::HeaderName = header::HeaderName::from_static("x-citylod-error-px");
-
-/// What follows the list.
-#[derive(Serialize)]
-struct Tail {
-    lod: LodTail,
-    effects: NoEffects,
-    stats: StatsTail,
-}
-
-#[derive(Serialize)]
-struct NoEffects {}
-
-#[derive(Serialize)]
-struct LodTail {
-    mode: &'static str,
-    far_dist_m: Option<f64>,
-    dist_factor: f64,
-    levels: u32,
-    error_px: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct StatsTail {
-    nodes_visited: u32,
-    objects_tested: u32,
-    retrieve_us: f64,
-}
 
 #[derive(Serialize)]
 struct ObjectItem<'a> {
@@ -73,8 +46,8 @@ pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Resul
     };
     if listed as u64 > most {
         let detail = format!(
-            "{count} objects are visible; an answer may list {most} {what}: ask with a smaller \
-             far_dist_m, as ranges, or with Accept: application/octet-stream"
+            "{count} objects are visible; an answer may list {most} {what}: ask for less detail \
+             (a smaller far_dist_m, a larger max_error_px, a smaller max_objects), as ranges, or with Accept: application/octet-stream"
         );
         return Err(Problem::new(Kind::AnswerTooLarge, detail));
     }
@@ -85,29 +58,10 @@ pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Resul
     })
 }
 
-/// The answer as JSON.
-pub fn json(
-    city: &City,
-    form: Form,
-    lod: &RangeLod,
-    selection: &Selection,
-    took: Duration,
-) -> Vec<u8> {
-    let tail = Tail {
-        lod: LodTail {
-            mode: "range",
-            far_dist_m: finite(lod.far_dist()),
-            dist_factor: lod.dist_factor(),
-            levels: lod.level_count(),
-            error_px: finite(selection.error_px()),
-        },
-        effects: NoEffects {},
-        stats: StatsTail {
-            nodes_visited: selection.stats().nodes_visited,
-            objects_tested: selection.stats().objects_tested,
-            retrieve_us: took.as_nanos() as f64 / 1000.0,
-        },
-    };
+/// The answer as JSON; `with_pixels` as in [`Tail::of`].
+pub fn json(city: &City, form: Form, frame: &Frame, with_pixels: bool) -> Vec<u8> {
+    let selection = frame.selection();
+    let tail = Tail::of(frame, with_pixels);
     let mut out = Vec::with_capacity(city.head().len() + list_len(form, selection) + TAIL);
     out.extend_from_slice(city.head());
     append(&mut out, &selection.count());

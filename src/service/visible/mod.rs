@@ -1,9 +1,11 @@
 //! `/collections/{scene}/visible`: which objects to draw for a camera.
 
 mod answer;
+mod effects;
 mod query;
 mod request;
 mod resolve;
+mod tail;
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -15,6 +17,7 @@ use axum::response::Response;
 
 pub use answer::{COUNT, REVISION};
 pub use query::{Parameter, unknown};
+pub use tail::Tail;
 
 use super::body;
 use super::documents::make;
@@ -23,7 +26,7 @@ use super::negotiate::{accepted, json_body};
 use super::problem::Problem;
 use super::routes::{SceneName, Shared};
 use super::scenes::City;
-use crate::lod::{self, Selection};
+use crate::frame::Frame;
 use request::Body;
 use resolve::Naming;
 
@@ -31,8 +34,8 @@ const JSON: &str = "application/json";
 const BINARY: &str = "application/octet-stream";
 
 thread_local! {
-    /// Kept from request to request, so that a retrieval allocates nothing.
-    static SELECTION: RefCell<Selection> = RefCell::default();
+    /// Kept from request to request, so that a frame allocates next to nothing.
+    static FRAME: RefCell<Frame> = RefCell::default();
 }
 
 /// `POST`: the request is a JSON document.
@@ -82,27 +85,27 @@ fn respond(
     naming: Naming,
     binary: bool,
 ) -> Result<Response, Problem> {
-    let (view, lod) = request.resolve(naming)?;
+    let (view, lod, active) = request.resolve(city.tree().effects(), naming)?;
     if binary {
         request.output.check_binary(naming)?;
     }
-    let mut selection = SELECTION.take();
+    let mut frame = FRAME.take();
     let start = Instant::now();
-    lod::retrieve(city.tree(), &view, &lod, &mut selection);
-    let took = start.elapsed();
-    let form = request.output.form;
-    let size = answer::size(form, binary, &selection, shared.max_answer_objects());
+    frame.work_out(city.tree(), &view, &lod, &active, || start.elapsed());
+    let (selection, form) = (frame.selection(), request.output.form);
+    let size = answer::size(form, binary, selection, shared.max_answer_objects());
     let response = size.map(|size| {
         if binary {
-            let body = make(size, || answer::numbers(&selection));
+            let body = make(size, || answer::numbers(selection));
             let mut response = answer::response(body, HeaderValue::from_static(BINARY));
-            answer::describe(response.headers_mut(), city, &selection);
+            answer::describe(response.headers_mut(), city, selection);
             response
         } else {
-            let body = make(size, || answer::json(city, form, &lod, &selection, took));
+            let with_pixels = request.effects.visible_pixels();
+            let body = make(size, || answer::json(city, form, &frame, with_pixels));
             answer::response(body, HeaderValue::from_static(JSON))
         }
     });
-    SELECTION.set(selection);
+    FRAME.set(frame);
     response
 }

@@ -4,9 +4,8 @@ use std::borrow::Cow;
 
 use super::super::json::{List, Whole};
 use super::super::problem::{Kind, Problem};
-use super::request::{
-    BEYOND_NAMES, BEYOND_VALUES, Camera, Effects, Form, Lod, Mode, Output, Request,
-};
+use super::effects::Effects;
+use super::request::{BEYOND_NAMES, BEYOND_VALUES, Camera, Form, Lod, Mode, Output, Request};
 
 /// Reads the query of a URL.
 ///
@@ -16,6 +15,7 @@ pub fn read(query: &str) -> Result<Request, Problem> {
     let mut camera = Camera::default();
     let mut lod = Lod::default();
     let mut output = Output::default();
+    let mut effects = Effects::default();
     let mut seen: Vec<Cow<'_, str>> = Vec::new();
     for (name, text) in form_urlencoded::parse(query.as_bytes()) {
         let parameter = Parameter {
@@ -35,11 +35,14 @@ pub fn read(query: &str) -> Result<Request, Problem> {
             "near" => camera.near = Some(parameter.number()?),
             "far" => camera.far = Some(parameter.number_or_null()?),
             "mode" => lod.mode = parameter.word(&Mode::NAMES, &Mode::VALUES)?,
-            "far_dist_m" => lod.far_dist_m = parameter.number_or_null()?,
-            "dist_factor" => lod.dist_factor = parameter.number()?,
-            "levels" => lod.levels = parameter.whole(&text)?,
-            "beyond" => lod.beyond = parameter.word(&BEYOND_NAMES, &BEYOND_VALUES)?,
+            "far_dist_m" => lod.far_dist_m = Some(parameter.number_or_null()?),
+            "dist_factor" => lod.dist_factor = Some(parameter.number()?),
+            "levels" => lod.levels = Some(parameter.whole(&text)?),
+            "beyond" => lod.beyond = Some(parameter.word(&BEYOND_NAMES, &BEYOND_VALUES)?),
+            "max_error_px" => lod.max_error_px = Some(parameter.number()?),
+            "max_objects" => lod.max_objects = Some(parameter.whole(&text)?),
             "form" => output.form = parameter.word(&Form::NAMES, &Form::VALUES)?,
+            _ if effects.take(&parameter)? => {}
             _ => return Err(unknown(&name)),
         }
         if seen.contains(&name) {
@@ -54,7 +57,7 @@ pub fn read(query: &str) -> Result<Request, Problem> {
     Ok(Request {
         camera,
         lod,
-        effects: Effects::default(),
+        effects,
         output,
     })
 }
@@ -84,7 +87,7 @@ impl Parameter<'_> {
         number.ok_or_else(|| self.problem(format!("must be a finite number, is {text:?}")))
     }
 
-    fn number(&self) -> Result<f64, Problem> {
+    pub fn number(&self) -> Result<f64, Problem> {
         self.parse(self.text)
     }
 
@@ -137,7 +140,7 @@ impl Parameter<'_> {
         Ok(List([self.whole(width)?, self.whole(height)?]))
     }
 
-    fn word<T: Copy>(&self, names: &[&str], values: &[T]) -> Result<T, Problem> {
+    pub fn word<T: Copy>(&self, names: &[&str], values: &[T]) -> Result<T, Problem> {
         let at = names.iter().position(|&name| name == self.text);
         at.and_then(|at| values.get(at).copied()).ok_or_else(|| {
             self.problem(format!(

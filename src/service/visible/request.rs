@@ -1,13 +1,11 @@
 //! What is asked: a camera, the knobs, the form of the answer. As JSON, or (`query`) as
 //! parameters of the same names.
 
-use std::fmt;
-
-use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::super::json::{List, Whole, given, keyword, object};
-use crate::lod::{Beyond, RangeLod};
+use super::effects::Effects;
+use crate::lod::Beyond;
 
 /// A whole request; `Body` reads it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -65,40 +63,43 @@ pub struct Camera {
     pub far: Option<Option<f64>>,
 }
 
-/// Knobs; `far_dist_m` = `None` is infinite.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// Knobs as they were given: what belongs to which mode is sorted out by [`Lod::knobs`].
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lod {
     pub mode: Mode,
-    pub far_dist_m: Option<f64>,
-    pub dist_factor: f64,
-    pub levels: Whole,
+    /// `Some(None)` was given as null, which is infinite.
+    #[serde(deserialize_with = "given")]
+    #[expect(clippy::option_option, reason = "null is a value")]
+    pub far_dist_m: Option<Option<f64>>,
+    #[serde(deserialize_with = "given")]
+    pub dist_factor: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    pub levels: Option<Whole>,
     #[serde(deserialize_with = "beyond")]
-    pub beyond: Beyond,
-}
-
-impl Default for Lod {
-    fn default() -> Self {
-        let knobs = RangeLod::default();
-        Self {
-            mode: Mode::Range,
-            far_dist_m: Some(knobs.far_dist()).filter(|far| far.is_finite()),
-            dist_factor: knobs.dist_factor(),
-            levels: Whole(knobs.level_count()),
-            beyond: knobs.beyond(),
-        }
-    }
+    pub beyond: Option<Beyond>,
+    #[serde(deserialize_with = "given")]
+    pub max_error_px: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    pub max_objects: Option<Whole>,
 }
 
 /// How objects are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Mode {
+    #[default]
     Range,
+    Error,
+    Budget,
 }
 
 impl Mode {
-    pub const NAMES: [&'static str; 1] = ["range"];
-    pub const VALUES: [Self; 1] = [Self::Range];
+    pub const NAMES: [&'static str; 3] = ["range", "error", "budget"];
+    pub const VALUES: [Self; 3] = [Self::Range, Self::Error, Self::Budget];
+
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
 }
 
 impl<'de> Deserialize<'de> for Mode {
@@ -110,8 +111,8 @@ impl<'de> Deserialize<'de> for Mode {
 pub const BEYOND_NAMES: [&str; 2] = ["show", "hide"];
 pub const BEYOND_VALUES: [Beyond; 2] = [Beyond::Show, Beyond::Hide];
 
-fn beyond<'de, D: Deserializer<'de>>(source: D) -> Result<Beyond, D::Error> {
-    keyword(source, &BEYOND_NAMES, &BEYOND_VALUES)
+fn beyond<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Beyond>, D::Error> {
+    keyword(source, &BEYOND_NAMES, &BEYOND_VALUES).map(Some)
 }
 
 /// What the answer lists.
@@ -138,30 +139,4 @@ impl<'de> Deserialize<'de> for Form {
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     pub form: Form,
-}
-
-/// The effects asked for, by name.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Effects {
-    pub names: Vec<String>,
-}
-
-impl<'de> Deserialize<'de> for Effects {
-    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
-        struct Names;
-        impl<'de> Visitor<'de> for Names {
-            type Value = Effects;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Effects, A::Error> {
-                let mut names = Vec::new();
-                while let Some((name, IgnoredAny)) = map.next_entry()? {
-                    names.push(name);
-                }
-                Ok(Effects { names })
-            }
-        }
-        source.deserialize_map(Names)
-    }
 }

@@ -1,11 +1,12 @@
 //! From what was asked to a checked view and checked knobs: one of each alternative, and values
 //! that can be.
 
-use super::super::json::token;
 use super::super::problem::{Kind, Problem};
-use super::request::{Camera, Effects, Form, Lod, Output, Request};
+use super::request::{Camera, Form, Lod, Mode, Output, Request};
+use crate::frame::Active;
 use crate::geom::{DMat4, DQuat, DVec3, DepthRange, Orientation, Projection, View};
-use crate::lod::RangeLod;
+use crate::lod::{self, BudgetLod, ErrorLod, LodError, RangeLod};
+use crate::scene;
 
 /// How members are named in problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +18,7 @@ pub enum Naming {
 }
 
 impl Naming {
-    fn problem(self, group: &str, member: &str, detail: impl Into<String>) -> Problem {
+    pub fn problem(self, group: &str, member: &str, detail: impl Into<String>) -> Problem {
         let place = match self {
             Self::Pointer => format!("/{group}/{member}"),
             Self::Parameter => member.split('/').next().unwrap_or_default().to_owned(),
@@ -26,17 +27,31 @@ impl Naming {
     }
 }
 
+impl Naming {
+    /// A setting of an effect: `/effects/motion/speed_mps` in a body, `speed_mps` in a query.
+    pub fn setting(self, member: &str, detail: impl Into<String>) -> Problem {
+        match (self, member.rsplit_once('/')) {
+            (Self::Parameter, Some((_, setting))) => self.problem("effects", setting, detail),
+            _ => self.problem("effects", member, detail),
+        }
+    }
+}
+
 impl Request {
-    /// The view and the knobs.
+    /// The view, the knobs and, of the effects that the scene declares, those of the frame.
     ///
     /// # Errors
     /// 422 for alternatives that exclude each other or are all missing, and for values that
     /// cannot be.
-    pub fn resolve(&self, naming: Naming) -> Result<(View, RangeLod), Problem> {
+    pub fn resolve(
+        &self,
+        declared: &scene::Effects,
+        naming: Naming,
+    ) -> Result<(View, lod::Lod, Active), Problem> {
         let view = self.camera.view(naming)?;
         let lod = self.lod.knobs(naming)?;
-        self.effects.check(naming)?;
-        Ok((view, lod))
+        let active = self.effects.active(declared, naming)?;
+        Ok((view, lod, active))
     }
 }
 
@@ -157,10 +172,59 @@ impl Camera {
 }
 
 impl Lod {
-    fn knobs(&self, naming: Naming) -> Result<RangeLod, Problem> {
-        let far_dist = self.far_dist_m.unwrap_or(f64::INFINITY);
-        RangeLod::new(far_dist, self.dist_factor, self.levels.0, self.beyond)
-            .map_err(|error| naming.problem("lod", error.field, error.reason))
+    fn knobs(&self, naming: Naming) -> Result<lod::Lod, Problem> {
+        self.exclude(naming)?;
+        let missing = |member, detail| naming.problem("lod", member, detail);
+        let lod = match self.mode {
+            Mode::Range => self.range().map(lod::Lod::Range),
+            Mode::Error => {
+                let detail = "missing: the smallest size to draw, pixels";
+                let px = self.max_error_px;
+                let px = px.ok_or_else(|| missing("max_error_px", detail))?;
+                ErrorLod::new(px).map(lod::Lod::Error)
+            }
+            Mode::Budget => {
+                let detail = "missing: how many objects to draw at most";
+                let most = self.max_objects;
+                let most = most.ok_or_else(|| missing("max_objects", detail))?;
+                Ok(lod::Lod::Budget(BudgetLod::new(most.0)))
+            }
+        };
+        lod.map_err(|error| naming.problem("lod", error.field, error.reason))
+    }
+
+    fn range(&self) -> Result<RangeLod, LodError> {
+        let usual = RangeLod::default();
+        RangeLod::new(
+            self.far_dist_m
+                .map_or(usual.far_dist(), |far| far.unwrap_or(f64::INFINITY)),
+            self.dist_factor.unwrap_or(usual.dist_factor()),
+            self.levels.map_or(usual.level_count(), |levels| levels.0),
+            self.beyond.unwrap_or(usual.beyond()),
+        )
+    }
+
+    /// Refuses members of other modes.
+    fn exclude(&self, naming: Naming) -> Result<(), Problem> {
+        let members = [
+            (Mode::Range, "far_dist_m", self.far_dist_m.is_some()),
+            (Mode::Range, "dist_factor", self.dist_factor.is_some()),
+            (Mode::Range, "levels", self.levels.is_some()),
+            (Mode::Range, "beyond", self.beyond.is_some()),
+            (Mode::Error, "max_error_px", self.max_error_px.is_some()),
+            (Mode::Budget, "max_objects", self.max_objects.is_some()),
+        ];
+        let stray = members
+            .iter()
+            .find(|(of, _, given)| *given && *of != self.mode);
+        stray.map_or(Ok(()), |(of, member, _)| {
+            let detail = format!(
+                "belongs to mode {:?}, not to {:?}: leave it out or change the mode",
+                of.name(),
+                self.mode.name()
+            );
+            Err(naming.problem("lod", member, detail))
+        })
     }
 }
 
@@ -176,15 +240,5 @@ impl Output {
         let detail = "a binary answer lists object numbers: leave out the form, or accept \
                       application/json";
         Err(naming.problem("output", "form", detail))
-    }
-}
-
-impl Effects {
-    fn check(&self, naming: Naming) -> Result<(), Problem> {
-        let Some(name) = self.names.first() else {
-            return Ok(());
-        };
-        let detail = format!("the scene does not declare the effect {name:?}");
-        Err(naming.problem("effects", &token(name), detail))
     }
 }

@@ -1,5 +1,5 @@
 use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
-use citylod::lod::{RangeLod, Selection, retrieve};
+use citylod::lod::{BudgetLod, ErrorLod, Lod, Selection, select};
 use serde_json::{Value, json};
 
 use super::server::{ODD_IDS, Reply, Running, demo};
@@ -7,8 +7,8 @@ use super::server::{ODD_IDS, Reply, Running, demo};
 const CAMERA: &str = r#"{"camera":{"eye":[0,-800,300],"target":[0,0,0]}}"#;
 const CAMERA_QUERY: &str = "/collections/demo/visible?eye=0,-800,300&target=0,0,0";
 
-/// What the library says to `CAMERA`.
-fn expected() -> Selection {
+/// What `CAMERA` sees.
+fn view() -> View {
     let view = View::new(
         DVec3::new(0.0, -800.0, 300.0),
         Orientation::LookAt {
@@ -22,13 +22,13 @@ fn expected() -> Selection {
         },
         [1920, 1080],
     );
+    view.unwrap()
+}
+
+/// What the library says to `CAMERA`.
+fn expected() -> Selection {
     let mut selection = Selection::default();
-    retrieve(
-        &demo(),
-        &view.unwrap(),
-        &RangeLod::default(),
-        &mut selection,
-    );
+    select(&demo(), &view(), &Lod::default(), &mut selection);
     selection
 }
 
@@ -64,6 +64,43 @@ fn the_answer_is_what_the_library_says() {
     assert_eq!(document["stats"]["nodes_visited"], stats.nodes_visited);
     assert_eq!(document["stats"]["objects_tested"], stats.objects_tested);
     assert!(document["stats"]["retrieve_us"].as_f64().unwrap() >= 0.0);
+}
+
+#[test]
+fn every_mode_is_answered_as_the_library_does() {
+    let service = Running::new();
+    let tree = demo();
+    let view = view();
+    let mut selection = Selection::default();
+    for (knobs, query, lod) in [
+        (
+            json!({"mode":"error","max_error_px":12.5}),
+            "&mode=error&max_error_px=12.5",
+            Lod::Error(ErrorLod::new(12.5).unwrap()),
+        ),
+        (
+            json!({"mode":"budget","max_objects":321}),
+            "&mode=budget&max_objects=321",
+            Lod::Budget(BudgetLod::new(321)),
+        ),
+    ] {
+        let mut body: Value = serde_json::from_str(CAMERA).unwrap();
+        body["lod"] = knobs.clone();
+        let posted = service.visible("demo", &body.to_string());
+        let got = service.get(&format!("{CAMERA_QUERY}{query}"));
+        select(&tree, &view, &lod, &mut selection);
+        let wanted: Vec<String> = selection
+            .objects()
+            .map(|o| tree.id(o).unwrap().into_owned())
+            .collect();
+        assert!(wanted.len() > 100, "a view worth testing");
+        let mut answer = knobs;
+        answer["error_px"] = json!(selection.error_px());
+        for reply in [posted, got] {
+            assert_eq!(ids(&reply), wanted, "{query}");
+            assert_eq!(reply.json()["lod"], answer, "{query}");
+        }
+    }
 }
 
 #[test]

@@ -108,14 +108,24 @@ const BODIES: &[(&str, u16, &str)] = &[
         "/lod",
     ),
     (
-        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"error"}}"#,
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"errors"}}"#,
         400,
         "/lod/mode",
     ),
     (
-        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"budget"}}"#,
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"error","max_error_px":null}}"#,
         400,
-        "/lod/mode",
+        "/lod/max_error_px",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"budget","max_objects":-1}}"#,
+        400,
+        "/lod/max_objects",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"budget","max_objects":2.5}}"#,
+        400,
+        "/lod/max_objects",
     ),
     (
         r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":{"range":null}}}"#,
@@ -309,6 +319,41 @@ const BODIES: &[(&str, u16, &str)] = &[
         "/lod/levels",
     ),
     (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"error"}}"#,
+        422,
+        "/lod/max_error_px",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"error","max_error_px":-2}}"#,
+        422,
+        "/lod/max_error_px",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"budget"}}"#,
+        422,
+        "/lod/max_objects",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"max_error_px":2}}"#,
+        422,
+        "/lod/max_error_px",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"error","max_error_px":2,"far_dist_m":null}}"#,
+        422,
+        "/lod/far_dist_m",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"budget","max_objects":5,"levels":4}}"#,
+        422,
+        "/lod/levels",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"budget","max_objects":5,"max_error_px":1}}"#,
+        422,
+        "/lod/max_error_px",
+    ),
+    (
         r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"effects":{"motion":{"speed_mps":20}}}"#,
         422,
         "/effects/motion",
@@ -342,7 +387,25 @@ const QUERIES: &[(&str, u16, &str)] = &[
         422,
         "quaternion",
     ),
-    ("eye=0,-9,1&target=0,0,0&mode=error", 400, "mode"),
+    ("eye=0,-9,1&target=0,0,0&mode=best", 400, "mode"),
+    ("eye=0,-9,1&target=0,0,0&mode=error", 422, "max_error_px"),
+    (
+        "eye=0,-9,1&target=0,0,0&mode=error&max_error_px=-1",
+        422,
+        "max_error_px",
+    ),
+    (
+        "eye=0,-9,1&target=0,0,0&mode=error&max_error_px=inf",
+        400,
+        "max_error_px",
+    ),
+    ("eye=0,-9,1&target=0,0,0&mode=budget", 422, "max_objects"),
+    (
+        "eye=0,-9,1&target=0,0,0&mode=budget&max_objects=5&beyond=hide",
+        422,
+        "beyond",
+    ),
+    ("eye=0,-9,1&target=0,0,0&max_objects=5", 422, "max_objects"),
     ("eye=0,-9,1&target=0,0,0&levels=0", 422, "levels"),
     ("eye=0,-9,1&target=0,0,0&levels=two", 400, "levels"),
     ("eye=0,-9,1&target=0,0,0&form=", 400, "form"),

@@ -4,6 +4,8 @@
 mod answers;
 /// The description and the routes agree; every example of it works.
 mod description;
+/// Effects asked for, switched off, and not declared.
+mod effects;
 /// Limits on size, time and number; panics; stopping.
 mod limits;
 /// What malformed requests get, and where the document says the fault is.

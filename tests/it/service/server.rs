@@ -36,6 +36,15 @@ impl Running {
         scenes.insert("demo", demo()).unwrap();
         scenes.insert("odd ö", odd()).unwrap();
         scenes.insert("empty", tree(Vec::new())).unwrap();
+        Self::of(scenes, config, extend)
+    }
+
+    /// Serves these scenes.
+    pub fn of(
+        scenes: Scenes,
+        config: Config,
+        extend: impl FnOnce(axum::Router) -> axum::Router,
+    ) -> Self {
         let config = Config {
             listen: ([127, 0, 0, 1], 0).into(),
             ..config

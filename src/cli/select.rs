@@ -1,0 +1,113 @@
+//! What a camera selects in a city, as `query` and `render` need it.
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+
+use super::args::{BeyondArg, EffectArg, SelectArgs, misuse};
+use crate::frame::{Active, Frame};
+use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
+use crate::index::LodTree;
+use crate::lod::{Beyond, BudgetLod, ErrorLod, Lod, LodError, RangeLod};
+use crate::scene::Effects;
+
+/// A city, a camera and what it draws.
+pub(super) struct Selected {
+    pub tree: LodTree,
+    pub view: View,
+    pub frame: Frame,
+}
+
+/// Carries out what was typed for `verb`.
+pub(super) fn select(args: &SelectArgs, verb: &str) -> Result<Selected> {
+    let wrong = |field, reason: &str| misuse(verb, format!("{}: {reason}", flag(field)));
+    let lod = lod(args).map_err(|e| wrong(e.field, &e.reason))?;
+    let view = view(args).map_err(|e| wrong(e.field, &e.reason))?;
+    if !(args.speed >= 0.0 && args.speed.is_finite()) {
+        let reason = format!("must be 0 or more and finite, is {}", args.speed);
+        return Err(wrong("speed_mps", &reason).into());
+    }
+    let tree = LodTree::open_verified(&args.file)?;
+    let active = active(args, tree.effects())?;
+    let mut frame = Frame::default();
+    let start = Instant::now();
+    frame.work_out(&tree, &view, &lod, &active, || start.elapsed());
+    Ok(Selected { tree, view, frame })
+}
+
+/// What the city declares, less what is switched off.
+fn active(args: &SelectArgs, declared: &Effects) -> Result<Active> {
+    let mut active = Active::all(declared, args.speed);
+    for effect in &args.without {
+        let (name, was_declared) = match effect {
+            EffectArg::Motion => ("motion", active.motion.take().is_some()),
+            EffectArg::Haze => ("haze", active.haze.take().is_some()),
+            EffectArg::Occlusion => ("occlusion", active.occlusion.take().is_some()),
+        };
+        if !was_declared {
+            bail!(
+                "{}: does not declare {name}, so --without {name} has nothing to switch off",
+                args.file.display()
+            );
+        }
+    }
+    Ok(active)
+}
+
+fn lod(args: &SelectArgs) -> Result<Lod, LodError> {
+    if let Some(px) = args.max_error_px {
+        return ErrorLod::new(px).map(Lod::Error);
+    }
+    if let Some(most) = args.max_objects {
+        return Ok(Lod::Budget(BudgetLod::new(most)));
+    }
+    let beyond = match args.beyond {
+        BeyondArg::Show => Beyond::Show,
+        BeyondArg::Hide => Beyond::Hide,
+    };
+    RangeLod::new(args.far_dist, args.dist_factor, args.levels, beyond).map(Lod::Range)
+}
+
+fn view(args: &SelectArgs) -> Result<View, crate::geom::ViewError> {
+    let depth = DepthRange {
+        near: 0.1,
+        far: None,
+    };
+    let fov_y_deg = args.fov;
+    View::new(
+        args.eye.0,
+        Orientation::LookAt {
+            target: args.target.0,
+            up: upright(args),
+        },
+        Projection::Perspective { fov_y_deg },
+        depth,
+        args.size.0,
+    )
+}
+
+/// Up, or north where the camera looks straight up or down.
+fn upright(args: &SelectArgs) -> DVec3 {
+    let sight = args.target.0 - args.eye.0;
+    if sight.x == 0.0 && sight.y == 0.0 {
+        DVec3::Y
+    } else {
+        DVec3::Z
+    }
+}
+
+/// The flag that sets a field of the engine.
+fn flag(field: &'static str) -> &'static str {
+    match field {
+        "eye" => "--eye",
+        "target" | "up" => "--target",
+        "fov_y_deg" => "--fov",
+        "viewport" => "--size",
+        "far_dist_m" => "--far-dist",
+        "dist_factor" => "--dist-factor",
+        "levels" => "--levels",
+        "max_error_px" => "--max-error-px",
+        "speed_mps" => "--speed",
+        other => other,
+    }
+}

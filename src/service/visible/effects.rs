@@ -1,0 +1,243 @@
+//! What a request asks of the effects that its scene declares: nothing said leaves them on,
+//! `false` switches one off.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::super::json::{Whole, given, token};
+use super::super::problem::Problem;
+use super::query::Parameter;
+use super::resolve::Naming;
+use crate::frame::Active;
+use crate::scene;
+
+/// The `effects` of a request.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Effects {
+    pub motion: Asked<Motion>,
+    pub haze: Asked<Haze>,
+    pub occlusion: Asked<Occlusion>,
+    /// A name that no effect has.
+    pub unknown: Option<String>,
+}
+
+/// What is said of one effect.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Asked<T> {
+    /// Nothing: it is on if it is declared.
+    #[default]
+    Unsaid,
+    /// `false`.
+    Off,
+    /// `true`, or an object of settings.
+    On(T),
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Motion {
+    pub speed_mps: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Haze {}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Occlusion {
+    #[serde(deserialize_with = "given")]
+    pub width_px: Option<Whole>,
+    #[serde(deserialize_with = "given")]
+    pub min_pixels: Option<Whole>,
+    pub visible_pixels: bool,
+}
+
+impl Effects {
+    /// Takes a parameter of a query; `false` where it is none of an effect.
+    ///
+    /// # Errors
+    /// 400 that names the parameter.
+    pub fn take(&mut self, parameter: &Parameter) -> Result<bool, Problem> {
+        match parameter.name {
+            "speed_mps" => {
+                let speed = parameter.number()?;
+                self.motion.set(|motion| motion.speed_mps = speed);
+            }
+            "width_px" => {
+                let width = parameter.whole(parameter.text)?;
+                self.occlusion
+                    .set(|occlusion| occlusion.width_px = Some(width));
+            }
+            "min_pixels" => {
+                let least = parameter.whole(parameter.text)?;
+                self.occlusion
+                    .set(|occlusion| occlusion.min_pixels = Some(least));
+            }
+            "visible_pixels" => {
+                let listed = parameter.word(&["true", "false"], &[true, false])?;
+                self.occlusion
+                    .set(|occlusion| occlusion.visible_pixels = listed);
+            }
+            "without" => {
+                for name in parameter.text.split(',') {
+                    match name {
+                        "motion" => self.motion = Asked::Off,
+                        "haze" => self.haze = Asked::Off,
+                        "occlusion" => self.occlusion = Asked::Off,
+                        _ => {
+                            let detail = format!(
+                                "must be motion, haze or occlusion, or several with commas, \
+                                 is {name:?}"
+                            );
+                            return Err(parameter.problem(detail));
+                        }
+                    }
+                }
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The effects of the frame, of those that the scene declares.
+    ///
+    /// # Errors
+    /// 422 for one that it does not declare, and for settings that cannot be.
+    pub fn active(&self, declared: &scene::Effects, naming: Naming) -> Result<Active, Problem> {
+        if let Some(name) = &self.unknown {
+            return Err(undeclared(name, naming));
+        }
+        Ok(Active {
+            motion: self
+                .motion
+                .of(declared.motion, "motion", naming, |on, said| {
+                    let speed = said.speed_mps;
+                    if speed >= 0.0 && speed.is_finite() {
+                        return Ok((on, speed));
+                    }
+                    let detail = format!("must be 0 or more and finite, is {speed}");
+                    Err(naming.setting("motion/speed_mps", detail))
+                })?,
+            haze: self
+                .haze
+                .of(declared.haze, "haze", naming, |on, _| Ok(on))?,
+            occlusion: self
+                .occlusion
+                .of(declared.occlusion, "occlusion", naming, |on, said| {
+                    said.over(on, naming)
+                })?,
+        })
+    }
+
+    /// Whether the answer is to carry the pixels of each object.
+    pub fn visible_pixels(&self) -> bool {
+        matches!(self.occlusion, Asked::On(said) if said.visible_pixels)
+    }
+}
+
+impl<T: Copy + Default> Asked<T> {
+    /// Asks for the effect with a setting changed.
+    fn set(&mut self, change: impl FnOnce(&mut T)) {
+        let mut settings = match self {
+            Self::On(settings) => *settings,
+            Self::Unsaid | Self::Off => T::default(),
+        };
+        change(&mut settings);
+        *self = Self::On(settings);
+    }
+
+    fn of<D, A>(
+        &self,
+        declared: Option<D>,
+        name: &str,
+        naming: Naming,
+        settled: impl FnOnce(D, T) -> Result<A, Problem>,
+    ) -> Result<Option<A>, Problem> {
+        match (self, declared) {
+            (Self::Off, _) | (Self::Unsaid, None) => Ok(None),
+            (Self::On(_), None) => Err(undeclared(name, naming)),
+            (Self::Unsaid, Some(declared)) => settled(declared, T::default()).map(Some),
+            (Self::On(said), Some(declared)) => settled(declared, *said).map(Some),
+        }
+    }
+}
+
+impl Occlusion {
+    /// The declared settings with those of the request in their place.
+    fn over(self, declared: scene::Occlusion, naming: Naming) -> Result<scene::Occlusion, Problem> {
+        let occlusion = scene::Occlusion {
+            width_px: self.width_px.map_or(declared.width_px, |w| w.0),
+            min_pixels: self.min_pixels.map_or(declared.min_pixels, |m| m.0),
+        };
+        let effects = scene::Effects {
+            occlusion: Some(occlusion),
+            ..scene::Effects::default()
+        };
+        effects.check().map_err(|error| {
+            let member = error.pointer.unwrap_or_default().trim_start_matches('/');
+            naming.setting(member, error.reason)
+        })?;
+        Ok(occlusion)
+    }
+}
+
+fn undeclared(name: &str, naming: Naming) -> Problem {
+    let detail = format!("the scene does not declare the effect {name:?}");
+    naming.problem("effects", &token(name), detail)
+}
+
+impl<'de> Deserialize<'de> for Effects {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        struct Members;
+        impl<'de> Visitor<'de> for Members {
+            type Value = Effects;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Effects, A::Error> {
+                let mut effects = Effects::default();
+                while let Some(name) = map.next_key::<String>()? {
+                    match name.as_str() {
+                        "motion" => effects.motion = map.next_value()?,
+                        "haze" => effects.haze = map.next_value()?,
+                        "occlusion" => effects.occlusion = map.next_value()?,
+                        _ => {
+                            map.next_value::<IgnoredAny>()?;
+                            effects.unknown = Some(name);
+                        }
+                    }
+                }
+                Ok(effects)
+            }
+        }
+        source.deserialize_map(Members)
+    }
+}
+
+impl<'de, T: Deserialize<'de> + Default> Deserialize<'de> for Asked<T> {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        struct Setting<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de> + Default> Visitor<'de> for Setting<T> {
+            type Value = Asked<T>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("true, false or an object of settings")
+            }
+            fn visit_bool<E>(self, on: bool) -> Result<Asked<T>, E> {
+                Ok(if on {
+                    Asked::On(T::default())
+                } else {
+                    Asked::Off
+                })
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Asked<T>, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(Asked::On)
+            }
+        }
+        source.deserialize_any(Setting(PhantomData))
+    }
+}

@@ -1,0 +1,149 @@
+//! What an answer says beside its list: how objects were chosen, what the effects did, what it
+//! took. The same over HTTP and from the command.
+
+use std::time::Duration;
+
+use serde::{Serialize, Serializer};
+
+use crate::frame::{Frame, Ran};
+use crate::lod::Lod;
+
+/// The members that follow the list.
+#[derive(Debug, Serialize)]
+pub struct Tail<'a> {
+    lod: LodTail,
+    effects: EffectsTail<'a>,
+    stats: StatsTail,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(tag = "mode", rename_all = "lowercase")]
+enum LodTail {
+    Range {
+        /// JSON has no infinity: null.
+        far_dist_m: Option<f64>,
+        dist_factor: f64,
+        levels: u32,
+        error_px: Option<f64>,
+    },
+    Error {
+        max_error_px: f64,
+        error_px: Option<f64>,
+    },
+    Budget {
+        max_objects: u32,
+        error_px: Option<f64>,
+    },
+}
+
+#[derive(Debug, Serialize)]
+struct EffectsTail<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motion: Option<MotionTail>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    haze: Option<HazeTail>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    occlusion: Option<OcclusionTail<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct MotionTail {
+    slowdown: f64,
+    took_us: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct HazeTail {
+    removed: u32,
+    took_us: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct OcclusionTail<'a> {
+    removed: u32,
+    width_px: u32,
+    height_px: u32,
+    took_us: f64,
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "pixels")]
+    visible_pixels: Option<&'a [(u32, u32)]>,
+}
+
+#[derive(Debug, Serialize)]
+struct StatsTail {
+    nodes_visited: u32,
+    objects_tested: u32,
+    retrieve_us: f64,
+}
+
+impl<'a> Tail<'a> {
+    /// Of a frame just worked out. `with_pixels` lists the pixels of each object, in the order of
+    /// the objects, where occlusion ran.
+    pub fn of(frame: &'a Frame, with_pixels: bool) -> Self {
+        let selection = frame.selection();
+        let effects = frame.effects();
+        let [width_px, height_px] = frame.buffer_size();
+        Self {
+            lod: LodTail::of(frame.lod(), selection.error_px()),
+            effects: EffectsTail {
+                motion: effects.motion.map(|ran| MotionTail {
+                    slowdown: ran.result,
+                    took_us: took_us(&ran),
+                }),
+                haze: effects.haze.map(|ran| HazeTail {
+                    removed: ran.result,
+                    took_us: took_us(&ran),
+                }),
+                occlusion: effects.occlusion.map(|ran| OcclusionTail {
+                    removed: ran.result,
+                    width_px,
+                    height_px,
+                    took_us: took_us(&ran),
+                    visible_pixels: with_pixels.then(|| frame.visible_pixels()),
+                }),
+            },
+            stats: StatsTail {
+                nodes_visited: selection.stats().nodes_visited,
+                objects_tested: selection.stats().objects_tested,
+                retrieve_us: us(frame.retrieval()),
+            },
+        }
+    }
+}
+
+impl LodTail {
+    fn of(lod: &Lod, error_px: f64) -> Self {
+        let error_px = finite(error_px);
+        match lod {
+            Lod::Range(lod) => Self::Range {
+                far_dist_m: finite(lod.far_dist()),
+                dist_factor: lod.dist_factor(),
+                levels: lod.level_count(),
+                error_px,
+            },
+            Lod::Error(lod) => Self::Error {
+                max_error_px: lod.max_error_px(),
+                error_px,
+            },
+            Lod::Budget(lod) => Self::Budget {
+                max_objects: lod.max_objects(),
+                error_px,
+            },
+        }
+    }
+}
+
+fn pixels<S: Serializer>(seen: &Option<&[(u32, u32)]>, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(seen.unwrap_or_default().iter().map(|(_, pixels)| pixels))
+}
+
+fn finite(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
+}
+
+fn took_us<T>(ran: &Ran<T>) -> f64 {
+    us(ran.took)
+}
+
+fn us(duration: Duration) -> f64 {
+    duration.as_nanos() as f64 / 1000.0
+}
