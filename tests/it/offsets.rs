@@ -142,8 +142,7 @@ fn a_city_moved_and_rounded_outward_loses_nothing() {
         let projection = Projection::Orthographic { height_m: 512.0 };
         View::new(eye, orientation, projection, depth, [512, 512]).unwrap()
     };
-    // Every third object ends just before the border y = 256, begins just behind y = -256, or
-    // begins just behind x = 300.
+    // Half of the objects lie just beyond a border: y = 256, y = -256 or x = 300.
     let generated = |offset: DVec3| {
         let n = std::cell::Cell::new(0);
         city(move |min, max| {
