@@ -338,8 +338,8 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
             "circumstances": circumstances(&json!({ "views": PLACES * 4, "most_boxes": MOST_BOXES })),
         }),
         plots: vec![Plot {
-            name: "",
             svg: plot::log_log(&labels, &series)?,
+            ..Plot::default()
         }],
         ..Report::default()
     })

@@ -335,8 +335,8 @@ fn report(objects: u32, rows: &[Row], resolutions: &[Resolution]) -> Result<Repo
             "circumstances": circumstances(&parameters),
         }),
         plots: vec![Plot {
-            name: "",
             svg: plot::log_log(&labels, &series)?,
+            ..Plot::default()
         }],
         ..Report::default()
     })

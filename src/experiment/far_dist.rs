@@ -173,8 +173,8 @@ fn report(cities: &[City]) -> Result<Report, ReportError> {
             ..Table::default()
         }],
         plots: vec![Plot {
-            name: "",
             svg: plot::log_log(&labels, &series)?,
+            ..Plot::default()
         }],
         json: json!({ "scenes": scenes, "circumstances": circumstances(&parameters) }),
         ..Report::default()

@@ -97,34 +97,34 @@ fn draw<'a>(
     root.present()
 }
 
-/// Where the legend hides fewest points.
+/// Where the legend hides fewest points: a corner takes about two fifths of each axis.
 fn emptiest_corner(series: &[Series]) -> SeriesLabelPosition {
-    let points = || {
-        let points = series.iter().flat_map(|s| &s.points);
-        let positive = points.filter(|(x, y)| *x > 0.0 && *y > 0.0);
-        positive.map(|(x, y)| (x.ln(), y.ln()))
-    };
-    let middle = |axis: fn(&(f64, f64)) -> f64| {
-        let values = points().map(|p| axis(&p));
+    const SHARE: f64 = 0.4;
+    let points = series.iter().flat_map(|s| &s.points);
+    let points: Vec<[f64; 2]> = points
+        .filter(|(x, y)| *x > 0.0 && *y > 0.0)
+        .map(|(x, y)| [x.ln(), y.ln()])
+        .collect();
+    // Along an axis: how far from either end, 0 to 1.
+    let from_ends = |axis: usize, value: f64| {
+        let values = points.iter().map(|p| p[axis]);
         let start = (f64::INFINITY, f64::NEG_INFINITY);
         let (low, high) = values.fold(start, |(l, h), v| (l.min(v), h.max(v)));
-        low.midpoint(high)
+        let share = (value - low) / (high - low);
+        [share, 1.0 - share]
     };
-    let (x, y) = (middle(|p| p.0), middle(|p| p.1));
+    let hidden = |right: usize, upper: usize| {
+        let near =
+            |p: &&[f64; 2]| from_ends(0, p[0])[right] < SHARE && from_ends(1, p[1])[upper] < SHARE;
+        points.iter().filter(near).count()
+    };
     let corners = [
-        (SeriesLabelPosition::UpperLeft, false, true),
-        (SeriesLabelPosition::UpperRight, true, true),
-        (SeriesLabelPosition::LowerLeft, false, false),
-        (SeriesLabelPosition::LowerRight, true, false),
+        (SeriesLabelPosition::UpperLeft, hidden(0, 1)),
+        (SeriesLabelPosition::UpperRight, hidden(1, 1)),
+        (SeriesLabelPosition::LowerLeft, hidden(0, 0)),
+        (SeriesLabelPosition::LowerRight, hidden(1, 0)),
     ];
-    let within = |right: bool, upper: bool| {
-        points()
-            .filter(|p| (p.0 > x) == right && (p.1 > y) == upper)
-            .count()
-    };
-    let emptiest = corners
-        .into_iter()
-        .min_by_key(|&(_, right, upper)| within(right, upper));
+    let emptiest = corners.into_iter().min_by_key(|corner| corner.1);
     emptiest.map_or(SeriesLabelPosition::UpperLeft, |corner| corner.0)
 }
 

@@ -44,7 +44,7 @@ pub struct Table {
 #[derive(Debug, Clone, Default)]
 pub struct Plot {
     /// As in [`Table::name`].
-    pub name: &'static str,
+    pub name: String,
     /// SVG.
     pub svg: String,
 }
@@ -120,7 +120,7 @@ impl Report {
             write(&file, table.to_csv().as_bytes())?;
         }
         for plot in &self.plots {
-            write(&self.file_name(plot.name, "svg"), plot.svg.as_bytes())?;
+            write(&self.file_name(&plot.name, "svg"), plot.svg.as_bytes())?;
         }
         for picture in &self.pictures {
             write(&picture.file, &picture.png)?;

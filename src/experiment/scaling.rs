@@ -331,7 +331,10 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
             rows: rows.iter().map(Row::cells).collect(),
             ..Table::default()
         }],
-        plots: vec![Plot { name: "", svg }],
+        plots: vec![Plot {
+            svg,
+            ..Plot::default()
+        }],
         json: json!({
             "rows": rows.iter().map(Row::record).collect::<Vec<_>>(),
             "circumstances": circumstances(&parameters),

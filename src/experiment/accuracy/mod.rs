@@ -5,6 +5,7 @@
 //! long error mode and budget mode take beside a scan of all objects for the same answer, and what
 //! it takes to miss less and less.
 
+mod choice;
 mod full_detail;
 mod rows;
 mod scan;
@@ -16,10 +17,10 @@ mod viewpoint;
 
 use serde_json::json;
 
+use self::choice::City;
 use self::rows::{Cost, Row};
 use self::scan::Scan;
 use self::speed::Speed;
-use self::strategy::City;
 use super::report::{circumstances, thousands};
 use super::{Options, Progress, Report, ReportError, city};
 use crate::index::{self, Promotion};
@@ -41,7 +42,7 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
     let largest = options.largest.unwrap_or(LARGEST);
     let mut measured = Measured::default();
     progress("reading the cities");
-    for city in strategy::cities(&options.cities)? {
+    for city in choice::cities(&options.cities)? {
         measured.compare(&city, progress)?;
     }
     let objects = largest.min(COMPARED);
@@ -76,7 +77,7 @@ impl Measured {
         let violations = self.rows.iter().filter(broken).count();
         let parameters = json!({
             "counts": rows::COUNTS,
-            "dist_factor": strategy::DIST_FACTOR,
+            "dist_factor": choice::DIST_FACTOR,
             "viewport": viewpoint::VIEWPORT,
             "district_m": full_detail::DISTRICT_M,
             "far_m": full_detail::FAR_M,

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::choice::City;
 use super::full_detail::FullDetail;
-use super::strategy::{City, Strategy};
+use super::strategy::Strategy;
 use super::viewpoint::{Viewpoint, viewpoints};
 use crate::experiment::ReportError;
 use crate::experiment::timing::median;
@@ -64,9 +65,9 @@ pub(super) struct Summary {
     pub(super) strategy: Strategy,
     /// Objects asked for.
     pub(super) asked: usize,
-    /// Median.
+    /// Mean.
     pub(super) count: f64,
-    /// Median.
+    /// Mean.
     pub(super) retrieve_us: f64,
     /// Mean.
     pub(super) missed_px_pct: f64,
@@ -193,8 +194,8 @@ fn summary(asked: usize, rows: &[&Row]) -> Option<Summary> {
         scene: first.scene.clone(),
         strategy: first.strategy,
         asked,
-        count: middle(|row| row.count as f64),
-        retrieve_us: middle(|row| row.retrieve_us),
+        count: mean_of(|row| row.count as f64),
+        retrieve_us: mean_of(|row| row.retrieve_us),
         missed_px_pct: mean_of(|row| row.missed_px_pct),
         coverage_err_pct: mean_of(|row| row.coverage_err_pct),
         bound_px: middle(|row| row.bound_px),

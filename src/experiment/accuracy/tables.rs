@@ -122,39 +122,50 @@ pub(super) fn speeds(speeds: &[Speed]) -> Table {
 
 /// Missed pixels against objects and against time, for each city.
 pub(super) fn plots(summaries: &[Summary]) -> Result<Vec<Plot>, ReportError> {
-    const NAMES: [[&str; 2]; 2] = [["", "time"], ["large", "large-time"]];
     let mut plots = Vec::new();
-    let scenes = summaries.chunk_by(|a, b| a.scene == b.scene);
-    for (of_scene, names) in scenes.zip(NAMES) {
-        let series = |x: fn(&Summary) -> f64| {
-            let line = |strategy: Strategy| Series {
-                name: strategy.name().into(),
-                points: of_scene
-                    .iter()
-                    .filter(|s| s.strategy == strategy)
-                    .map(|s| (x(s), s.missed_px_pct))
-                    .collect(),
-                reference: strategy.is_reference(),
+    for (n, of_scene) in summaries.chunk_by(|a, b| a.scene == b.scene).enumerate() {
+        let scene = &of_scene[0].scene;
+        let line = |strategy: Strategy, name: &str, x: fn(&Summary) -> f64| Series {
+            name: name.into(),
+            points: of_scene
+                .iter()
+                .filter(|s| s.strategy == strategy)
+                .map(|s| (x(s), s.missed_px_pct))
+                .collect(),
+            reference: strategy.is_reference(),
+        };
+        // Error and budget mode and the oracle draw the same objects.
+        let by_count: Vec<Series> = Strategy::ALL
+            .into_iter()
+            .filter(|s| !matches!(s, Strategy::Budget | Strategy::Oracle))
+            .map(|strategy| match strategy {
+                Strategy::Error => line(strategy, "error = budget = oracle", |s| s.count),
+                _ => line(strategy, strategy.name(), |s| s.count),
+            })
+            .collect();
+        let by_time = Strategy::ALL.map(|s| line(s, s.name(), |s| s.retrieve_us));
+        for (against, x, series) in [
+            ("objects", "objects drawn, mean of the views", &by_count[..]),
+            (
+                "time",
+                "time of a retrieval, µs, mean of the views",
+                &by_time,
+            ),
+        ] {
+            let labels = Labels {
+                title: &format!("Missed pixels against {against}: {scene}"),
+                x,
+                y: "missed pixels, %",
             };
-            Strategy::ALL.map(line)
-        };
-        let labels = |title, x| Labels {
-            title,
-            x,
-            y: "missed pixels, %",
-        };
-        let title = format!("Missed pixels against objects drawn: {}", of_scene[0].scene);
-        let counts = labels(&title, "objects drawn");
-        plots.push(Plot {
-            name: names[0],
-            svg: plot::log_log(&counts, &series(|s| s.count))?,
-        });
-        let title = format!("Missed pixels against time: {}", of_scene[0].scene);
-        let times = labels(&title, "microseconds");
-        plots.push(Plot {
-            name: names[1],
-            svg: plot::log_log(&times, &series(|s| s.retrieve_us))?,
-        });
+            plots.push(Plot {
+                name: match (n, against) {
+                    (0, "objects") => String::new(),
+                    (0, _) => against.into(),
+                    _ => format!("{}-{against}", n + 1),
+                },
+                svg: plot::log_log(&labels, series)?,
+            });
+        }
     }
     Ok(plots)
 }

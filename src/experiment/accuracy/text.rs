@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::Measured;
 use super::full_detail::{DISTRICT_M, FAR_M};
-use super::rows::{Row, Summary};
+use super::rows::{Cost, Row, Summary};
 use super::strategy::Strategy;
 use super::viewpoint::VIEWPORT;
 use crate::experiment::report::thousands;
@@ -30,23 +30,7 @@ pub(super) fn text(measured: &Measured, summaries: &[Summary]) -> String {
         }
     }
     for costs in measured.costs.chunk_by(|a, b| a.scene == b.scene) {
-        let mut steps = String::new();
-        let error = costs.iter().filter(|c| c.strategy == Strategy::Error);
-        for cost in error.filter(|c| [20.0, 10.0, 1.0, 0.1].contains(&c.missed_px_pct)) {
-            let _ = write!(
-                steps,
-                "{} {} % at {:.0} objects and {:.0} us",
-                if steps.is_empty() { "" } else { "," },
-                cost.missed_px_pct,
-                cost.count,
-                cost.retrieve_us
-            );
-        }
-        let _ = write!(
-            out,
-            "\n\nWhat less error costs in error mode, {}: missed{steps} a view.",
-            costs[0].scene
-        );
+        let _ = write!(out, "\n\n{}", takes(costs));
     }
     if !measured.speeds.is_empty() {
         out +=
@@ -55,8 +39,8 @@ pub(super) fn text(measured: &Measured, summaries: &[Summary]) -> String {
     for speed in &measured.speeds {
         let _ = write!(
             out,
-            "\n{} of {} objects: error mode {:.0} us, {:.0} times as fast as the scan (lowest of \
-             the views: {:.0}); budget mode takes {:.1} times error mode.",
+            "\n{} of {} objects: error mode {:.0} µs, the scan {:.0} times as long (at least \
+             {:.0}), budget mode {:.1} times.",
             thousands(speed.count as u64),
             thousands(speed.objects.into()),
             speed.error_us,
@@ -103,7 +87,36 @@ fn missed(summaries: &[Summary]) -> String {
     }
     let scene = &summaries[0].scene;
     let count = thousands(EXAMPLE as u64);
-    format!("Of the pixels of {scene} are missed with {count} objects a view:{shares}.")
+    format!("{scene}, with {count} objects a view. Missed pixels:{shares}.")
+}
+
+/// What it takes to miss less and less in error mode, and how range mode compares.
+fn takes(costs: &[Cost]) -> String {
+    let of = |strategy, missed| {
+        let same = |c: &&Cost| c.strategy == strategy && c.missed_px_pct == missed;
+        costs.iter().find(same)
+    };
+    let mut steps = String::new();
+    for missed in [30.0, 10.0, 1.0, 0.1] {
+        if let (Some(error), Some(range)) = (
+            of(Strategy::Error, missed),
+            of(Strategy::RangeTallest, missed),
+        ) {
+            let _ = write!(
+                steps,
+                "\nTo miss {missed} %: error mode {} objects in {:.0} µs, range mode by the tallest \
+                 {} in {:.0} µs.",
+                thousands(error.count as u64),
+                error.retrieve_us,
+                thousands(range.count as u64),
+                range.retrieve_us
+            );
+        }
+    }
+    format!(
+        "{}, one parameter for all views, means of the views.{steps}",
+        costs[0].scene
+    )
 }
 
 /// From where on range mode keeps more of the far field than error mode.
@@ -124,25 +137,25 @@ fn far_field(summaries: &[Summary]) -> Option<String> {
     let [range, error] = largest;
     let (most_range, most_error) = (range.far_districts_kept_pct?, error.far_districts_kept_pct?);
     let mut text = format!(
-        "Of {far:.0} districts a view that are farther than {FAR_M} m, squares of {DISTRICT_M} m, \
-         something is drawn"
+        "In view are {far:.0} far districts, squares of {DISTRICT_M} m beyond {FAR_M} m: with {} \
+         objects range mode keeps something of {most_range:.0} % of them, error mode of \
+         {most_error:.0} %.",
+        thousands(range.asked as u64)
     );
     let better = pairs
         .iter()
         .take_while(|pair| gain(pair).is_some_and(|gain| gain > 0.0));
-    match better.last() {
-        None => text += " in error mode of as many as in range mode, or more, at every count.",
-        Some([upto, _]) => {
-            let _ = write!(
-                text,
-                ", with {} objects, in range mode of {most_range:.0} % and in error mode of \
-                 {most_error:.0} %; range mode keeps more of them up to {} objects, {:.0} for each \
-                 far district.",
-                thousands(range.asked as u64),
-                thousands(upto.asked as u64),
-                upto.count / far
-            );
+    let _ = match better.last() {
+        None => write!(text, " Error mode keeps as many or more at every count."),
+        Some([upto, _]) if upto.asked == pairs[pairs.len() - 1][0].asked => {
+            write!(text, " Range mode keeps more of them at every count.")
         }
-    }
+        Some([upto, _]) => write!(
+            text,
+            " Range mode keeps more of them up to {} objects, {:.0} for each.",
+            thousands(upto.asked as u64),
+            upto.count / far
+        ),
+    };
     Some(text)
 }

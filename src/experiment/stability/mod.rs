@@ -144,7 +144,10 @@ fn report(rows: &[(&'static str, Tally)], all: &Tally) -> Result<Report, ReportE
             ..Table::default()
         }],
         json,
-        plots: vec![Plot { name: "", svg }],
+        plots: vec![Plot {
+            svg,
+            ..Plot::default()
+        }],
         ..Report::default()
     })
 }
