@@ -4,9 +4,11 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
+use crate::experiment::Experiment;
 use crate::geom::DVec3;
 use crate::import::Up;
 use crate::index::Promotion;
@@ -33,7 +35,7 @@ pub(super) enum Command {
     Serve(ServeArgs),
     /// Draw a picture of the objects a camera calls for
     Render(RenderArgs),
-    /// Measure, plot and picture: far-dist, views, scaling or all
+    /// Measure, plot and picture
     Experiment(ExperimentArgs),
 }
 
@@ -156,6 +158,9 @@ pub(super) struct SelectArgs {
 pub(super) struct QueryArgs {
     #[command(flatten)]
     pub select: SelectArgs,
+    /// Work it out so many times in the same memory, and time the last
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeat: u32,
     /// As JSON, like the HTTP service
     #[arg(long)]
     pub json: bool,
@@ -254,7 +259,8 @@ fn at_least_one(text: &str) -> Result<usize, String> {
 #[derive(Debug, clap::Args)]
 pub(super) struct ExperimentArgs {
     /// Which one
-    pub name: ExperimentArg,
+    #[arg(value_parser = experiment_names())]
+    pub name: String,
     /// Also write csv, json, plots and pictures into this folder
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -269,15 +275,11 @@ pub(super) struct ExperimentArgs {
     pub largest: Option<u32>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum ExperimentArg {
-    All,
-    FarDist,
-    Views,
-    Scaling,
-    Culling,
-    Effects,
-    Stability,
+/// The experiments with what they ask, and all of them.
+fn experiment_names() -> PossibleValuesParser {
+    let each = Experiment::ALL.map(|e| PossibleValue::new(e.name()).help(e.question()));
+    let all = PossibleValue::new("all").help("One after another, and a page that shows them");
+    each.into_iter().chain([all]).into()
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

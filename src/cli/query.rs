@@ -10,7 +10,7 @@ use super::text;
 use crate::service::Tail;
 
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
-    let Selected { tree, frame, .. } = select(&args.select, "query")?;
+    let Selected { tree, frame, .. } = select(&args.select, "query", args.repeat)?;
     let selection = frame.selection();
     let mut out = BufWriter::new(io::stdout().lock());
     if args.json {

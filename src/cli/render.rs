@@ -17,7 +17,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         let reason = format!("--size: pictures have at most {LONGEST_SIDE} pixels a side");
         return Err(misuse("render", reason).into());
     }
-    let Selected { tree, view, frame } = select(&args.select, "render")?;
+    let Selected { tree, view, frame } = select(&args.select, "render", 1)?;
     let selection = frame.selection();
     let objects = selection.objects().filter_map(|number| tree.object(number));
     let solids: Vec<Solid> = objects

@@ -18,8 +18,8 @@ pub(super) struct Selected {
     pub frame: Frame,
 }
 
-/// Carries out what was typed for `verb`.
-pub(super) fn select(args: &SelectArgs, verb: &str) -> Result<Selected> {
+/// Carries out what was typed for `verb`, so many times in the same memory.
+pub(super) fn select(args: &SelectArgs, verb: &str, times: u32) -> Result<Selected> {
     let wrong = |field, reason: &str| misuse(verb, format!("{}: {reason}", flag(field)));
     let lod = lod(args).map_err(|e| wrong(e.field, &e.reason))?;
     let view = view(args).map_err(|e| wrong(e.field, &e.reason))?;
@@ -31,7 +31,9 @@ pub(super) fn select(args: &SelectArgs, verb: &str) -> Result<Selected> {
     let active = active(args, tree.effects())?;
     let mut frame = Frame::default();
     let start = Instant::now();
-    frame.work_out(&tree, &view, &lod, &active, || start.elapsed());
+    for _ in 0..times {
+        frame.work_out(&tree, &view, &lod, &active, || start.elapsed());
+    }
     Ok(Selected { tree, view, frame })
 }
 

@@ -1,19 +1,27 @@
 //! The cities experiments look at, and where they are looked at from.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::ReportError;
 use super::exact::Camera;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
-use crate::scene::{CityParams, Effects, generate};
+use crate::scene::{CityParams, Effects, Scene, SceneObject, generate};
 
 /// As many objects as in Gong's test.
 pub(super) const GONG_OBJECTS: u32 = 23_951;
 pub(super) const SEED: u64 = 1;
 /// Spreads places evenly without lining them up.
 pub(super) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
+/// A generated city.
+pub(super) fn generated_scene(objects: u32) -> Scene {
+    generate(&CityParams {
+        objects,
+        seed: SEED,
+    })
+}
 
 /// The tree of a generated city.
 pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
@@ -22,12 +30,36 @@ pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
 
 /// The same with what it declares.
 pub(super) fn generated_with(objects: u32, effects: Effects) -> Result<LodTree, ReportError> {
-    let mut scene = generate(&CityParams {
-        objects,
-        seed: SEED,
-    });
+    let mut scene = generated_scene(objects);
     scene.effects = effects;
     Ok(index::build(&scene, Promotion::default())?)
+}
+
+/// The real city of as many objects as Gong's in the folder that `CITYLOD_DATA` names, where
+/// there is one.
+pub(super) fn real() -> Option<PathBuf> {
+    let folder = PathBuf::from(std::env::var_os("CITYLOD_DATA")?);
+    let path = folder.join("cityjson/tokyo-minato-23951.city.json.gz");
+    path.is_file().then_some(path)
+}
+
+/// What a tree holds as a scene again, but for attributes.
+pub(super) fn scene_of(tree: &LodTree) -> Scene {
+    let objects = (0..tree.object_count()).filter_map(|number| {
+        let object = tree.object(number)?;
+        Some(SceneObject {
+            id: object.id.into(),
+            class: object.class.into(),
+            bounds: object.bounds,
+            footprint_area: object.footprint_area,
+            triangles: object.triangles,
+            attributes: None,
+        })
+    });
+    Scene {
+        objects: objects.collect(),
+        ..Scene::default()
+    }
 }
 
 /// The tree of a city in a file: opened, or imported and built.

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::city::{self, GONG_OBJECTS, SEED};
 use super::exact::{Answer, Camera, Oracle};
 use super::plot::{self, Labels, Series};
-use super::report::{circumstances, thousands};
+use super::report::{Plot, Table, circumstances, thousands};
 use super::timing::{median, median_us, seconds};
 use super::{Options, Progress, Report, ReportError, stability};
 use crate::geom::{
@@ -319,22 +319,28 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
     Ok(Report {
         name: "culling",
         text,
-        columns: vec![
-            "city",
-            "boxes",
-            "method",
-            "tested",
-            "kept",
-            "false_positive_pct",
-            "false_negatives",
-            "ns_per_box",
-        ],
-        rows: cells.collect(),
+        tables: vec![Table {
+            columns: vec![
+                "city",
+                "boxes",
+                "method",
+                "tested",
+                "kept",
+                "false_positive_pct",
+                "false_negatives",
+                "ns_per_box",
+            ],
+            rows: cells.collect(),
+            ..Table::default()
+        }],
         json: json!({
                 "rows": json_rows.collect::<Vec<_>>(),
                 "circumstances": circumstances(&json!({ "views": PLACES * 4, "most_boxes": MOST_BOXES })),
         }),
-        svg: plot::log_log(&labels, &series)?,
-        pictures: vec![],
+        plots: vec![Plot {
+            svg: plot::log_log(&labels, &series)?,
+            ..Plot::default()
+        }],
+        ..Report::default()
     })
 }

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::city::{self, GONG_OBJECTS};
 use super::plot::{self, Labels, Series};
-use super::report::{circumstances, thousands};
+use super::report::{Plot, Table, circumstances, thousands};
 use super::street::{self, Street};
 use super::timing::median_us;
 use super::{Options, Progress, Report, ReportError};
@@ -205,9 +205,15 @@ impl<'a> Counter<'a> {
         Ok(path)
     }
 
-    /// Instructions of one frame, of the second so that memory is there already; `None` where
-    /// they cannot be counted.
+    /// Instructions of one frame whose memory is there already; `None` where they cannot be
+    /// counted.
     fn count(&self, city: &Path, without: Option<&str>) -> Option<u64> {
+        let [three, two] = [3, 2].map(|frames| self.frames(frames, city, without));
+        three?.checked_sub(two?)
+    }
+
+    /// Instructions of so many frames, one after another.
+    fn frames(&self, frames: u32, city: &Path, without: Option<&str>) -> Option<u64> {
         let program = self.program?;
         let out = self.folder.join("callgrind.out");
         let point = |p: crate::geom::DVec3| format!("{},{},{}", p.x, p.y, p.z);
@@ -222,6 +228,7 @@ impl<'a> Counter<'a> {
             .args(["--target", &point(self.street.target)])
             .args(["--far-dist", &FAR_DIST_M.to_string()])
             .args(["--speed", &SPEED_MPS.to_string()])
+            .args(["--repeat", &frames.to_string()])
             .stdout(Stdio::null())
             .stderr(Stdio::null());
         if let Some(effect) = without {
@@ -314,24 +321,30 @@ fn report(objects: u32, rows: &[Row], resolutions: &[Resolution]) -> Result<Repo
     Ok(Report {
         name: "effects",
         text,
-        columns: vec![
-            "effect",
-            "declared",
-            "on",
-            "drawn",
-            "instructions",
-            "ratio",
-            "frame_us",
-            "recall_pct",
-            "largest_missed_px",
-        ],
-        rows: effects.chain(widths).collect(),
+        tables: vec![Table {
+            columns: vec![
+                "effect",
+                "declared",
+                "on",
+                "drawn",
+                "instructions",
+                "ratio",
+                "frame_us",
+                "recall_pct",
+                "largest_missed_px",
+            ],
+            rows: effects.chain(widths).collect(),
+            ..Table::default()
+        }],
         json: json!({
             "rows": json_rows.collect::<Vec<_>>(),
             "occlusion": json_resolutions.collect::<Vec<_>>(),
             "circumstances": circumstances(&parameters),
         }),
-        svg: plot::log_log(&labels, &series)?,
-        pictures: vec![],
+        plots: vec![Plot {
+            svg: plot::log_log(&labels, &series)?,
+            ..Plot::default()
+        }],
+        ..Report::default()
     })
 }

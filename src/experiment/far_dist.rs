@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::city::{self, GONG_OBJECTS};
 use super::plot::{self, Labels, Series};
-use super::report::{circumstances, thousands};
+use super::report::{Plot, Table, circumstances, thousands};
 use super::timing::median;
 use super::{Options, Progress, Report, ReportError, fit};
 use crate::index::LodTree;
@@ -167,10 +167,16 @@ fn report(cities: &[City]) -> Result<Report, ReportError> {
     Ok(Report {
         name: "far-dist",
         text,
-        columns: vec!["city", "objects", "far_dist_m", "count", "ratio", "model"],
-        rows,
+        tables: vec![Table {
+            columns: vec!["city", "objects", "far_dist_m", "count", "ratio", "model"],
+            rows,
+            ..Table::default()
+        }],
+        plots: vec![Plot {
+            svg: plot::log_log(&labels, &series)?,
+            ..Plot::default()
+        }],
         json: json!({ "scenes": scenes, "circumstances": circumstances(&parameters) }),
-        svg: plot::log_log(&labels, &series)?,
-        pictures: Vec::new(),
+        ..Report::default()
     })
 }

@@ -1,13 +1,17 @@
-//! The papers' questions, answered by measurement: run → records → table, csv, svg, json.
+//! The papers' questions, answered by measurement: run → records → tables, plots, pictures, json.
 //!
-//! Each experiment is one file. Timings are medians beside a baseline measured in the same run.
+//! Each experiment is one file, or a folder of its name. Timings are medians beside a baseline
+//! measured in the same run. To add one: a variant of [`Experiment`], its place in
+//! [`Experiment::ALL`], its name, its question, and the call that runs it.
 
+mod accuracy;
 mod city;
 mod culling;
 mod effects;
 pub mod exact;
 mod far_dist;
 mod fit;
+mod page;
 mod plot;
 mod report;
 mod scaling;
@@ -18,7 +22,8 @@ mod views;
 
 use std::path::PathBuf;
 
-pub use report::{Report, ReportError, ReportPicture, write_index};
+pub use page::{Entry, Outcome, write_index};
+pub use report::{Plot, Report, ReportError, ReportPicture, Table};
 
 /// What can be asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +34,8 @@ pub enum Experiment {
     Views,
     /// Cost against the number of objects.
     Scaling,
+    /// What accuracy costs in time.
+    Accuracy,
     /// Methods of culling: what they cost and what they keep.
     Culling,
     /// Cost of each effect, declared and not.
@@ -39,10 +46,11 @@ pub enum Experiment {
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::FarDist,
         Self::Views,
         Self::Scaling,
+        Self::Accuracy,
         Self::Culling,
         Self::Stability,
         Self::Effects,
@@ -54,10 +62,32 @@ impl Experiment {
             Self::FarDist => "far-dist",
             Self::Views => "views",
             Self::Scaling => "scaling",
+            Self::Accuracy => "accuracy",
             Self::Culling => "culling",
             Self::Effects => "effects",
             Self::Stability => "stability",
         }
+    }
+
+    /// What is asked, for people.
+    pub fn question(self) -> &'static str {
+        match self {
+            Self::FarDist => "How many objects are drawn as the far distance grows?",
+            Self::Views => "What does a city look like with levels of detail and without?",
+            Self::Scaling => "What does an answer cost as the city grows?",
+            Self::Accuracy => "What does accuracy cost in time, and what does each mode miss?",
+            Self::Culling => "What does each way to cull cost, and what does it keep?",
+            Self::Effects => "What does each effect cost, declared and not?",
+            Self::Stability => "Do the promises about rounding hold against exact arithmetic?",
+        }
+    }
+
+    /// Whether it looks at [`Options::cities`]; the others make their cities themselves.
+    pub fn looks_at_cities(self) -> bool {
+        matches!(
+            self,
+            Self::FarDist | Self::Views | Self::Accuracy | Self::Culling
+        )
     }
 }
 
@@ -88,6 +118,7 @@ pub fn run(
         Experiment::FarDist => far_dist::run(options, progress),
         Experiment::Views => views::run(options, progress),
         Experiment::Scaling => scaling::run(options, progress),
+        Experiment::Accuracy => accuracy::run(options, progress),
         Experiment::Culling => culling::run(options, progress),
         Experiment::Effects => effects::run(options, progress),
         Experiment::Stability => stability::run(progress),

@@ -20,13 +20,14 @@ pub(super) struct Labels<'a> {
 }
 
 /// Colours that people with colour blindness can tell apart (Okabe and Ito, 2008).
-const COLOURS: [RGBColor; 6] = [
+const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
+    RGBColor(120, 120, 120),
 ];
 
 /// Draws the series, both axes logarithmic.
@@ -88,12 +89,59 @@ fn draw<'a>(
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(emptiest_corner(series))
         .label_font(("sans-serif", 14))
         .background_style(WHITE.mix(0.9))
         .border_style(RGBColor(200, 200, 200))
         .draw()?;
     root.present()
+}
+
+/// Where the legend hides fewest points: a corner takes about two fifths of each axis.
+fn emptiest_corner(series: &[Series]) -> SeriesLabelPosition {
+    const SHARE: f64 = 0.4;
+    let points = series.iter().flat_map(|s| &s.points);
+    let points: Vec<[f64; 2]> = points
+        .filter(|(x, y)| *x > 0.0 && *y > 0.0)
+        .map(|(x, y)| [x.ln(), y.ln()])
+        .collect();
+    // Along an axis: how far from either end, 0 to 1.
+    let from_ends = |axis: usize, value: f64| {
+        let values = points.iter().map(|p| p[axis]);
+        let start = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = values.fold(start, |(l, h), v| (l.min(v), h.max(v)));
+        let share = (value - low) / (high - low);
+        [share, 1.0 - share]
+    };
+    let hidden = |right: usize, upper: usize| {
+        let near =
+            |p: &&[f64; 2]| from_ends(0, p[0])[right] < SHARE && from_ends(1, p[1])[upper] < SHARE;
+        points.iter().filter(near).count()
+    };
+    let corners = [
+        (SeriesLabelPosition::UpperLeft, hidden(0, 1)),
+        (SeriesLabelPosition::UpperRight, hidden(1, 1)),
+        (SeriesLabelPosition::LowerLeft, hidden(0, 0)),
+        (SeriesLabelPosition::LowerRight, hidden(1, 0)),
+    ];
+    let emptiest = corners.into_iter().min_by_key(|corner| corner.1);
+    emptiest.map_or(SeriesLabelPosition::UpperLeft, |corner| corner.0)
+}
+
+/// The same drawing in the colours of a page that may be light or dark: what is white here takes
+/// the page's `--card`, lines its `--fine` and `--line`, text its own.
+pub(super) fn for_pages(svg: &str) -> String {
+    [
+        ("#FFFFFF", "var(--card)"),
+        ("#000000", "currentColor"),
+        ("#EEEEEE", "var(--fine)"),
+        ("#D7D7D7", "var(--line)"),
+        ("#C8C8C8", "var(--line)"),
+    ]
+    .into_iter()
+    .fold(svg.to_owned(), |svg, (here, there)| {
+        svg.replace(here, there)
+    })
 }
 
 /// 2000 → 2k, 10000000 → 10M; nothing for what is not 1, 2 or 5 of a decade, as labels would

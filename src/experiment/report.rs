@@ -10,23 +10,43 @@ use crate::geom::ViewError;
 use crate::import::ImportError;
 use crate::index::{BuildError, FileError};
 
-/// What an experiment found.
-#[derive(Debug, Clone)]
+/// What an experiment found: tables, plots and pictures, and all of it for programs.
+#[derive(Debug, Clone, Default)]
 pub struct Report {
-    /// Name of the experiment and of its files.
+    /// Name of the experiment, and what the names of its files begin with.
     pub name: &'static str,
-    /// What was asked and what the table says, for people.
+    /// What the tables say, for people: lines, with blank ones between paragraphs.
     pub text: String,
-    /// Column heads of the table.
-    pub columns: Vec<&'static str>,
-    /// The table.
-    pub rows: Vec<Vec<String>>,
+    /// The tables, the most important first.
+    pub tables: Vec<Table>,
+    /// The plots, likewise.
+    pub plots: Vec<Plot>,
+    /// The pictures, likewise.
+    pub pictures: Vec<ReportPicture>,
     /// Everything, for programs.
     pub json: Value,
-    /// The plot; empty where pictures take its place.
+}
+
+/// Rows under heads.
+#[derive(Debug, Clone, Default)]
+pub struct Table {
+    /// Tells the tables of an experiment apart in names of files; empty for the main one.
+    pub name: &'static str,
+    /// What it shows, for people; may be empty where it is the only one.
+    pub title: String,
+    /// Column heads.
+    pub columns: Vec<&'static str>,
+    /// As many cells each as there are heads.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A drawing with its axes.
+#[derive(Debug, Clone, Default)]
+pub struct Plot {
+    /// As in [`Table::name`].
+    pub name: String,
+    /// SVG.
     pub svg: String,
-    /// What was seen.
-    pub pictures: Vec<ReportPicture>,
 }
 
 /// A picture of a report.
@@ -72,8 +92,52 @@ pub enum ReportError {
 }
 
 impl Report {
-    /// The table with a heading, as people read it.
+    /// The tables with a heading, as people read them.
     pub fn to_text(&self) -> String {
+        let mut out = format!("{}\n\n{}\n", self.name, self.text);
+        for table in &self.tables {
+            let _ = write!(out, "\n{}", table.to_text());
+        }
+        out
+    }
+
+    /// Writes `NAME.json`, each table and plot as `NAME.csv` and `NAME.svg` or, past the main ones,
+    /// as `NAME-ITS-OWN.csv` and so on, and the pictures, into a folder, which is made if need be.
+    ///
+    /// # Errors
+    /// [`ReportError::Write`] naming the file.
+    pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
+        std::fs::create_dir_all(folder).map_err(|source| ReportError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+        let write = |file: &str, content: &[u8]| {
+            let path = folder.join(file);
+            std::fs::write(&path, content).map_err(|source| ReportError::Write { path, source })
+        };
+        for table in &self.tables {
+            let file = self.file_name(table.name, "csv");
+            write(&file, table.to_csv().as_bytes())?;
+        }
+        for plot in &self.plots {
+            write(&self.file_name(&plot.name, "svg"), plot.svg.as_bytes())?;
+        }
+        for picture in &self.pictures {
+            write(&picture.file, &picture.png)?;
+        }
+        let file = self.file_name("", "json");
+        write(&file, format!("{:#}\n", self.json).as_bytes())
+    }
+
+    pub(super) fn file_name(&self, name: &str, extension: &str) -> String {
+        let joint = if name.is_empty() { "" } else { "-" };
+        format!("{}{joint}{name}.{extension}", self.name)
+    }
+}
+
+impl Table {
+    /// Columns padded, to the right.
+    fn to_text(&self) -> String {
         let width = |column: usize| {
             let cells = self.rows.iter().map(|row| row[column].chars().count());
             cells.fold(self.columns[column].chars().count(), usize::max)
@@ -83,20 +147,20 @@ impl Report {
             let padded = cells.zip(&widths).map(|(cell, &w)| format!("{cell:>w$}"));
             padded.collect::<Vec<_>>().join("  ")
         };
-        let mut out = format!("{}\n\n{}\n\n", self.name, self.text);
+        let mut out = String::new();
+        if !self.title.is_empty() {
+            let _ = writeln!(out, "{}\n", self.title);
+        }
         let _ = writeln!(out, "{}", line(&mut self.columns.iter().copied()));
-        let _ = writeln!(
-            out,
-            "{}",
-            "-".repeat(widths.iter().map(|w| w + 2).sum::<usize>() - 2)
-        );
+        let dashes = widths.iter().map(|w| w + 2).sum::<usize>() - 2;
+        let _ = writeln!(out, "{}", "-".repeat(dashes));
         for row in &self.rows {
             let _ = writeln!(out, "{}", line(&mut row.iter().map(String::as_str)));
         }
         out
     }
 
-    /// The table as comma-separated values.
+    /// Comma-separated values.
     pub fn to_csv(&self) -> String {
         let mut out = self.columns.join(",") + "\n";
         for row in &self.rows {
@@ -111,87 +175,6 @@ impl Report {
         }
         out
     }
-
-    /// Writes `NAME.csv`, `NAME.json`, `NAME.svg` if there is a plot, and the pictures into a
-    /// folder, which is made if need be.
-    ///
-    /// # Errors
-    /// [`ReportError::Write`] naming the file.
-    pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
-        let write = |path: PathBuf, bytes: &[u8]| {
-            std::fs::write(&path, bytes).map_err(|source| ReportError::Write { path, source })
-        };
-        std::fs::create_dir_all(folder).map_err(|source| ReportError::Write {
-            path: folder.to_owned(),
-            source,
-        })?;
-        let file = |extension: &str| folder.join(format!("{}.{extension}", self.name));
-        write(file("csv"), self.to_csv().as_bytes())?;
-        if !self.svg.is_empty() {
-            write(file("svg"), self.svg.as_bytes())?;
-        }
-        for picture in &self.pictures {
-            write(folder.join(&picture.file), &picture.png)?;
-        }
-        write(file("json"), format!("{:#}\n", self.json).as_bytes())
-    }
-}
-
-/// A page that shows the reports in a folder with their plots.
-fn page(reports: &[Report]) -> String {
-    let escaped = |text: &str| {
-        let text = text
-            .replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('"', "&quot;");
-        text.replace('\n', "<br>")
-    };
-    let row = |cells: &mut dyn Iterator<Item = &str>, tag: &str| {
-        let cells = cells.map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
-        format!("<tr>{}</tr>", cells.collect::<String>())
-    };
-    let sections = reports.iter().map(|report| {
-        let name = report.name;
-        let head = row(&mut report.columns.iter().copied(), "th");
-        let rows = report.rows.iter();
-        let rows = rows.map(|cells| row(&mut cells.iter().map(String::as_str), "td"));
-        let plot = if report.svg.is_empty() {
-            String::new()
-        } else {
-            format!("<img src=\"{name}.svg\" alt=\"{name}\">")
-        };
-        let pictures = report.pictures.iter().map(|ReportPicture { file, caption, .. }| {
-            let (file, caption) = (escaped(file), escaped(caption));
-            format!("<figure><img src=\"{file}\" alt=\"\"><figcaption>{caption}</figcaption></figure>")
-        });
-        format!(
-            "<h2>{name}</h2><p>{}</p>{plot}<div class=\"pictures\">{}</div>\
-             <div class=\"wide\"><table>{head}{}</table></div>\
-             <p>Repeat it: <code>citylod experiment {name} --out .</code> · \
-             <a href=\"{name}.csv\">csv</a> · <a href=\"{name}.json\">json</a></p>",
-            escaped(&report.text),
-            pictures.collect::<String>(),
-            rows.collect::<String>()
-        )
-    });
-    format!(
-        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>citylod experiments</title>\
-         <style>body{{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}}\
-         img{{max-width:100%}}figure{{margin:0}}figcaption{{font-size:.85rem;color:#555}}\
-         .pictures{{display:grid;grid-template-columns:repeat(auto-fit,minmax(18rem,1fr));gap:.8rem}}.wide{{overflow-x:auto}}table{{border-collapse:collapse;font-size:.85rem}}\
-         td,th{{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}}</style>\
-         <h1>citylod experiments</h1>{}</html>\n",
-        sections.collect::<String>()
-    )
-}
-
-/// Writes `index.html`, which shows reports that were written into the same folder.
-///
-/// # Errors
-/// [`ReportError::Write`] naming the file.
-pub fn write_index(reports: &[Report], folder: &Path) -> Result<(), ReportError> {
-    let path = folder.join("index.html");
-    std::fs::write(&path, page(reports)).map_err(|source| ReportError::Write { path, source })
 }
 
 /// What every record carries, so that it can be repeated.

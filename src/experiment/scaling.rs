@@ -6,7 +6,7 @@ use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 use serde_json::json;
 
 use super::plot::{self, Labels, Series};
-use super::report::{circumstances, thousands};
+use super::report::{Plot, Table, circumstances, thousands};
 use super::timing::{median, median_us, seconds};
 use super::{Options, Progress, Report, ReportError, city};
 use crate::geom::View;
@@ -326,13 +326,19 @@ fn report(rows: &[Row]) -> Result<Report, ReportError> {
              linear: test every box. full: everything in the frustum, as rstar selects it.\n\
              build and rstar_build: from objects in memory to a tree."
         ),
-        columns: COLUMNS.to_vec(),
-        rows: rows.iter().map(Row::cells).collect(),
-        pictures: Vec::new(),
+        tables: vec![Table {
+            columns: COLUMNS.to_vec(),
+            rows: rows.iter().map(Row::cells).collect(),
+            ..Table::default()
+        }],
+        plots: vec![Plot {
+            svg,
+            ..Plot::default()
+        }],
         json: json!({
             "rows": rows.iter().map(Row::record).collect::<Vec<_>>(),
             "circumstances": circumstances(&parameters),
         }),
-        svg,
+        ..Report::default()
     })
 }

@@ -8,7 +8,7 @@
 use serde_json::json;
 
 use super::city::{self, GONG_OBJECTS};
-use super::report::{ReportPicture, circumstances, thousands};
+use super::report::{ReportPicture, Table, circumstances, thousands};
 use super::{Options, Progress, Report, ReportError};
 use crate::geom::{Aabb, DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
@@ -32,11 +32,11 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
             "Objects drawn with LOD (far_dist {FAR_DIST_M} m, dist_factor {DIST_FACTOR}, all \
              levels) and without, in a level view, a far and a near overlook."
         ),
+        ..Report::default()
+    };
+    let mut table = Table {
         columns: vec!["city", "view", "lod", "count", "share_pct"],
-        rows: Vec::new(),
-        json: json!(null),
-        svg: String::new(),
-        pictures: Vec::new(),
+        ..Table::default()
     };
     let mut rows = Vec::new();
     progress(&format!(
@@ -44,15 +44,30 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
         thousands(GONG_OBJECTS.into())
     ));
     let generated = city::generated(GONG_OBJECTS)?;
-    look(&mut report, &mut rows, "generated", &generated, progress)?;
+    look(
+        &mut report,
+        &mut table,
+        &mut rows,
+        "generated",
+        &generated,
+        progress,
+    )?;
     for path in &options.cities {
         progress(&path.display().to_string());
         let tree = city::from_file(path)?;
-        look(&mut report, &mut rows, &city::name(path), &tree, progress)?;
+        look(
+            &mut report,
+            &mut table,
+            &mut rows,
+            &city::name(path),
+            &tree,
+            progress,
+        )?;
     }
     let parameters = json!({
         "far_dist_m": FAR_DIST_M, "dist_factor": DIST_FACTOR, "viewport": SIZE,
     });
+    report.tables.push(table);
     report.json = json!({ "rows": rows, "circumstances": circumstances(&parameters) });
     Ok(report)
 }
@@ -60,6 +75,7 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
 /// The three views of a city, in numbers and pictures.
 fn look(
     report: &mut Report,
+    table: &mut Table,
     rows: &mut Vec<serde_json::Value>,
     name: &str,
     tree: &LodTree,
@@ -80,7 +96,7 @@ fn look(
             retrieve(tree, &view, &knobs, &mut selection);
             let count = selection.count();
             let with = if with_lod { "with" } else { "without" };
-            report.rows.push(vec![
+            table.rows.push(vec![
                 name.to_owned(),
                 kind.to_owned(),
                 with.to_owned(),

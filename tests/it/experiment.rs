@@ -1,3 +1,7 @@
+use std::collections::BTreeMap;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
 use serde_json::Value;
 
 use crate::desk::Desk;
@@ -139,4 +143,203 @@ fn views_come_with_counts_and_pictures() {
     assert!(!desk.path("seen/views.svg").exists());
     let csv = std::fs::read_to_string(desk.path("seen/views.csv")).unwrap();
     assert!(csv.starts_with("city,view,lod,count"), "{csv}");
+}
+
+/// Rows of one scene, view and number of objects asked for, by strategy.
+fn by_strategy(rows: &[Value]) -> Vec<BTreeMap<&str, &Value>> {
+    let key = |row: &'_ Value| {
+        let text = |name: &str| row[name].as_str().unwrap().to_owned();
+        (text("scene"), text("view"), row["asked"].as_u64())
+    };
+    rows.chunk_by(|a, b| key(a) == key(b))
+        .map(|rows| {
+            let named = rows
+                .iter()
+                .map(|row| (row["strategy"].as_str().unwrap(), row));
+            named.collect()
+        })
+        .collect()
+}
+
+#[test]
+fn accuracy_keeps_its_laws_in_every_row() {
+    let desk = Desk::new();
+    desk.out("generate --objects 1200 --seed 5 -o own.citylod");
+    let report =
+        desk.json("experiment accuracy --largest 3000 --city own.citylod --json --out here");
+    let rows = report["rows"].as_array().unwrap();
+    for row in rows {
+        let value = |key| number(row, key);
+        assert!(value("parameter") > 0.0, "{row}");
+        assert!(value("retrieve_us") > 0.0, "{row}");
+        assert!(
+            value("worst_missed_px") <= value("largest_omitted_px"),
+            "{row}"
+        );
+        assert!(value("largest_omitted_px") <= value("bound_px"), "{row}");
+        assert!(value("coverage_err_pct") <= value("missed_px_pct"), "{row}");
+        assert!(value("missed_px_pct") <= 100.0, "{row}");
+        assert!(
+            value("far_districts_kept") <= value("far_districts"),
+            "{row}"
+        );
+    }
+    assert_eq!(number(&report, "bound_violations"), 0.0);
+    let groups = by_strategy(rows);
+    assert_eq!(groups.len(), 2 * 8 * 7, "scenes, views, counts");
+    let mut compared = 0;
+    for group in &groups {
+        let value = |strategy: &str, key| number(group[strategy], key);
+        let asked = value("budget", "asked");
+        assert_eq!(value("budget", "count"), asked);
+        assert_eq!(value("random", "count"), asked);
+        // The same objects, unless sizes tie.
+        assert!(value("error", "count") >= asked);
+        assert_eq!(value("error", "count"), value("oracle", "count"));
+        assert_eq!(
+            value("error", "missed_px_pct"),
+            value("oracle", "missed_px_pct")
+        );
+        if value("error", "count") == asked {
+            assert_eq!(
+                value("error", "missed_px_pct"),
+                value("budget", "missed_px_pct")
+            );
+        }
+        // Nobody leaves out less of the largest with as many objects.
+        let best = value("budget", "largest_omitted_px");
+        for (strategy, row) in group {
+            if number(row, "count") <= asked {
+                assert!(
+                    best <= number(row, "largest_omitted_px"),
+                    "{strategy}: {row}"
+                );
+                compared += 1;
+            }
+            if number(row, "largest_omitted_px") == 0.0 {
+                assert_eq!(number(row, "missed_px_pct"), 0.0, "all is drawn: {row}");
+            }
+        }
+    }
+    assert!(compared > 500, "{compared}");
+    for pair in groups.windows(2) {
+        let [fewer, more] = [pair[0]["budget"], pair[1]["budget"]];
+        if fewer["view"] == more["view"] && fewer["scene"] == more["scene"] {
+            let missed = [fewer, more].map(|row| number(row, "missed_px_pct"));
+            assert!(missed[0] >= missed[1], "more objects miss less: {missed:?}");
+        }
+    }
+    let missing = |row: &&Value| number(row, "missed_px_pct") > 0.0;
+    assert!(
+        rows.iter().filter(missing).count() > 100,
+        "something is missed"
+    );
+
+    for costs in report["cost"]
+        .as_array()
+        .unwrap()
+        .chunks(3)
+        .collect::<Vec<_>>()
+        .windows(2)
+    {
+        for (more, less) in costs[0].iter().zip(costs[1]) {
+            assert_eq!(more["strategy"], less["strategy"]);
+            if more["scene"] == less["scene"] {
+                assert!(number(more, "missed_px_pct") > number(less, "missed_px_pct"));
+                if more["strategy"] == "error" {
+                    assert!(
+                        number(more, "count") <= number(less, "count"),
+                        "{more} {less}"
+                    );
+                }
+            }
+        }
+    }
+    for speed in report["speed"].as_array().unwrap() {
+        for key in [
+            "error_us",
+            "budget_us",
+            "linear_us",
+            "linear_over_error",
+            "views",
+        ] {
+            assert!(number(speed, key) > 0.0, "{key} of {speed}");
+        }
+    }
+    for file in [
+        "accuracy.csv",
+        "accuracy-cost.csv",
+        "accuracy-speed.csv",
+        "accuracy-time.svg",
+    ] {
+        assert!(desk.path("here").join(file).is_file(), "{file}");
+    }
+}
+
+/// Starts all experiments, waits until the page says `word`, kills them, and gives the page.
+fn interrupted(desk: &Desk, words: &str, word: &str) -> String {
+    let mut command = desk.command();
+    let words = format!("experiment all --largest 3000 --out report {words}");
+    command.args(words.split_whitespace());
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let start = Instant::now();
+    let page = loop {
+        let page = std::fs::read_to_string(desk.path("report/index.html")).unwrap_or_default();
+        if page.contains(word) {
+            break page;
+        }
+        assert!(start.elapsed() < Duration::from_secs(120), "{page}");
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    child.kill().unwrap();
+    let lines = String::from_utf8(child.wait_with_output().unwrap().stderr).unwrap();
+    assert!(lines.starts_with("[1/"), "a line a step: {lines}");
+    page
+}
+
+#[test]
+fn an_interrupted_run_leaves_what_was_found() {
+    let desk = Desk::new();
+    let page = interrupted(&desk, "", "far-dist.csv");
+    assert!(page.ends_with("</html>\n"), "whole");
+    let chapter = |name: &str| {
+        let start = page.find(&format!("<section id=\"{name}\">")).unwrap();
+        let end = page[start..].find("</section>").unwrap();
+        page[start..start + end].to_owned()
+    };
+    let done = chapter("far-dist");
+    for part in [
+        "<svg",
+        "<table>",
+        "23951",
+        "citylod experiment far-dist --out report --largest 3000",
+    ] {
+        assert!(done.contains(part), "{part} in {done}");
+    }
+    for name in ["scaling", "accuracy"] {
+        let waiting = chapter(name);
+        assert!(
+            waiting.contains("Not run yet") && !waiting.contains("<table>"),
+            "{waiting}"
+        );
+    }
+    assert!(page.contains("1 of "), "it says how much there is");
+    for link in ["http://", "https://", "src=\"//"] {
+        let outside = page
+            .replace("http://www.w3.org/2000/svg", "")
+            .contains(link);
+        assert!(!outside, "nothing is fetched: {link}");
+    }
+    for file in ["far-dist.csv", "far-dist.json", "far-dist.svg"] {
+        assert!(desk.path("report").join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
+fn an_experiment_that_fails_is_named_and_the_others_are_run() {
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("report")).unwrap();
+    let page = interrupted(&desk, "--city none.citylod", "scaling.csv");
+    assert!(page.contains("Failed: none.citylod: cannot open"), "{page}");
 }

@@ -16,7 +16,7 @@ pub use random::random;
 pub use tally::Tally;
 
 use super::plot::{self, Labels, Series};
-use super::report::{circumstances, thousands};
+use super::report::{Plot, Table, circumstances, thousands};
 use super::{Progress, Report, ReportError};
 use crate::geom::Aabb;
 use crate::index::{self, LodTree, Promotion};
@@ -125,23 +125,29 @@ fn report(rows: &[(&'static str, Tally)], all: &Tally) -> Result<Report, ReportE
     Ok(Report {
         name: "stability",
         text,
-        columns: vec![
-            "case",
-            "cases",
-            "meeting",
-            "inside",
-            "kept_outside",
-            "not_separated",
-            "open",
-            "at_border",
-            "false_negatives",
-            "false_inside",
-            "monotone_violations",
-            "mismatches",
-        ],
-        rows: cells.collect(),
+        tables: vec![Table {
+            columns: vec![
+                "case",
+                "cases",
+                "meeting",
+                "inside",
+                "kept_outside",
+                "not_separated",
+                "open",
+                "at_border",
+                "false_negatives",
+                "false_inside",
+                "monotone_violations",
+                "mismatches",
+            ],
+            rows: cells.collect(),
+            ..Table::default()
+        }],
         json,
-        svg,
-        pictures: vec![],
+        plots: vec![Plot {
+            svg,
+            ..Plot::default()
+        }],
+        ..Report::default()
     })
 }
