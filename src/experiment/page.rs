@@ -152,16 +152,11 @@ fn figure(ReportPicture { file, caption, .. }: &ReportPicture) -> String {
 }
 
 fn html_table(table: &Table, open: bool) -> String {
-    let head: String = table
-        .columns
-        .iter()
-        .map(|head| {
-            format!(
-                "<th scope=\"col\">{}</th>",
-                escaped(&head.replace('_', " "))
-            )
-        })
-        .collect();
+    let heads = table.columns.iter().map(|head| {
+        let head = escaped(&head.replace('_', " "));
+        format!("<th scope=\"col\">{head}</th>")
+    });
+    let head = heads.collect::<Vec<_>>().concat();
     let rows = table.rows.iter().map(|cells| {
         let cells = cells.iter().map(|cell| {
             let number = cell.starts_with(|c: char| c.is_ascii_digit() || c == '-');

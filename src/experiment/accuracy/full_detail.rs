@@ -194,7 +194,7 @@ fn extent_px(ends: &[(u32, u32, u32)], projector: &Projector, pixels: PixelScale
     let centres = ends
         .iter()
         .map(|&(_, column, row)| (f64::from(column) + 0.5, f64::from(row) + 0.5));
-    let hull = MultiPoint::from_iter(centres).convex_hull();
+    let hull = centres.collect::<MultiPoint>().convex_hull();
     let place = |column: f64, row: f64| match pixels {
         PixelScale::PerRadian(scale) => {
             projector.ray(column, row).direction.normalize_or_zero() * scale
