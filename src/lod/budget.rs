@@ -62,12 +62,19 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
             return fill(selection, budget - sure, wanted.sure, omitted);
         };
         width = width.powi(4);
+        if width == f64::INFINITY {
+            // Every object counts, and is ranked.
+            wanted = Wanted {
+                sure: f64::INFINITY,
+                least: 0.0,
+            };
+        }
         selection.forget_ranges();
     }
 }
 
 /// Ratio of the two sizes of a second attempt, where the estimate was wrong; each further one has
-/// the fourth power of it. So after a few they come to 0 or infinity, where every object counts.
+/// the fourth power of it, so that there are but a few.
 const WIDTH: f64 = 1.3;
 /// Where to go on from infinity, pixels.
 const LARGEST: f64 = 1e6;

@@ -171,8 +171,17 @@ impl Walk<'_> {
         let (Some(&[first, end, ..]), Some(&block)) = (starts, block) else {
             return; // only in a damaged file
         };
-        let blocks = self.arrays.own_blocks.iter().zip(self.arrays.own_radii);
-        let blocks = blocks.skip(block as usize);
+        let boxes = self
+            .arrays
+            .own_blocks
+            .get(block as usize..)
+            .unwrap_or_default();
+        let radii = self
+            .arrays
+            .own_radii
+            .get(block as usize..)
+            .unwrap_or_default();
+        let blocks = boxes.iter().zip(radii);
         for ((boxes, &radii), first) in blocks.zip((first..end).step_by(8)) {
             let mut set = lanes::first((end - first).min(8));
             if queued.planes != 0 {
@@ -197,8 +206,17 @@ impl Walk<'_> {
         let sparseness = self.sparseness(level);
         // Another place in each group of siblings.
         let place = queued.node.wrapping_mul(0x9e37_79b9) >> 16;
-        let blocks = self.arrays.child_blocks.iter().zip(self.arrays.child_radii);
-        let blocks = blocks.skip(block as usize);
+        let boxes = self
+            .arrays
+            .child_blocks
+            .get(block as usize..)
+            .unwrap_or_default();
+        let radii = self
+            .arrays
+            .child_radii
+            .get(block as usize..)
+            .unwrap_or_default();
+        let blocks = boxes.iter().zip(radii);
         for ((boxes, &held), first) in blocks.zip((first..end).step_by(8)) {
             let relations = self.filter.relations(boxes, queued.planes);
             let seen = lanes::first((end - first).min(8)) & !relations.outside;
