@@ -84,7 +84,8 @@ impl Frame {
     /// Works out what to draw.
     ///
     /// `clock` tells the time since any fixed moment; `|| Duration::ZERO` where nobody asks what
-    /// things took. Total, as retrieval is.
+    /// things took. Total, as retrieval is. Not inlined, so that its instructions can be counted.
+    #[inline(never)]
     pub fn work_out(
         &mut self,
         tree: &LodTree,

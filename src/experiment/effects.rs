@@ -209,7 +209,7 @@ impl<'a> Counter<'a> {
     /// counted.
     fn count(&self, city: &Path, without: Option<&str>) -> Option<u64> {
         let [three, two] = [3, 2].map(|frames| self.frames(frames, city, without));
-        three?.checked_sub(two?)
+        three?.checked_sub(two?).filter(|&one| one > 0)
     }
 
     /// Instructions of so many frames, one after another.
