@@ -46,7 +46,7 @@
 //! | [`scene`] | what a city is; a generator | geom | formats, trees, cameras |
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
 //! | [`index`] | tree with representatives, packed; its file | geom, scene | views, HTTP |
-//! | [`lod`] | the seven-step retrieval | geom, index | files, HTTP |
+//! | [`lod`] | the seven-step retrieval, error and budget modes | geom, index | files, HTTP |
 //! | [`raster`] | id-buffer of boxes and meshes; pictures | geom, scene | LOD, HTTP |
 //! | [`effects`] | motion, haze, occlusion: entered only where the scene declares them | geom, scene, lod, raster | trees, HTTP |
 //! | [`frame`] | one frame: view and knobs → what to draw | all above | clocks, files, HTTP |
