@@ -195,9 +195,12 @@ impl Frame {
     }
 
     /// Where occlusion ran: the objects to draw, ascending, each with the pixels it covers in an
-    /// id-buffer of [`Frame::buffer_size`]. Otherwise without meaning.
+    /// id-buffer of [`Frame::buffer_size`]. Empty where it did not.
     pub fn visible_pixels(&self) -> &[(u32, u32)] {
-        self.occluder.seen()
+        match self.effects.occlusion {
+            Some(_) => self.occluder.seen(),
+            None => &[],
+        }
     }
 
     /// Width × height of the id-buffer that occlusion was found with.

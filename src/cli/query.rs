@@ -1,12 +1,14 @@
 use std::borrow::Cow;
 use std::ffi::OsStr;
 use std::io::{self, BufWriter, Write};
+use std::time::Duration;
 
 use serde::Serialize;
 
 use super::args::QueryArgs;
 use super::select::{Selected, select};
 use super::text;
+use crate::frame::Effects;
 use crate::service::Tail;
 
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
@@ -31,14 +33,36 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
     out.flush()?;
     if !args.json {
         eprintln!(
-            "{} of {} in {:.0} us; nothing left out is larger than {:.1} pixels",
+            "{} of {}, retrieved in {:.0} us; nothing left out for its distance or size is \
+             larger than {:.1} pixels{}",
             text::grouped(selection.count().into()),
             text::counted(tree.object_count().into(), "object"),
             frame.retrieval().as_secs_f64() * 1e6,
-            selection.error_px()
+            selection.error_px(),
+            effects(frame.effects())
         );
     }
     Ok(())
+}
+
+/// What the effects of the city did, for people.
+fn effects(ran: &Effects) -> String {
+    let took = |took: Duration| took.as_secs_f64() * 1e6;
+    let motion = ran.motion.map(|ran| {
+        let slowdown = ran.result;
+        format!("; motion left {slowdown:.1} times less detail")
+    });
+    let haze = ran.haze.map(|ran| {
+        format!(
+            "; haze cut off what lies beyond it in {:.0} us",
+            took(ran.took)
+        )
+    });
+    let occlusion = ran.occlusion.map(|ran| {
+        let (hidden, us) = (text::grouped(ran.result.into()), took(ran.took));
+        format!("; occlusion hid {hidden} in {us:.0} us")
+    });
+    [motion, haze, occlusion].into_iter().flatten().collect()
 }
 
 /// The answer of the HTTP service, in its order.

@@ -46,10 +46,15 @@ fn active(args: &SelectArgs, declared: &Effects) -> Result<Active> {
     };
     for effect in &args.without {
         let (name, was_declared) = match effect {
-            EffectArg::Motion => ("motion", active.motion.take().is_some()),
-            EffectArg::Haze => ("haze", active.haze.take().is_some()),
-            EffectArg::Occlusion => ("occlusion", active.occlusion.take().is_some()),
+            EffectArg::Motion => ("motion", declared.motion.is_some()),
+            EffectArg::Haze => ("haze", declared.haze.is_some()),
+            EffectArg::Occlusion => ("occlusion", declared.occlusion.is_some()),
         };
+        match effect {
+            EffectArg::Motion => active.motion = None,
+            EffectArg::Haze => active.haze = None,
+            EffectArg::Occlusion => active.occlusion = None,
+        }
         if !was_declared {
             bail!(
                 "{}: does not declare {name}, so --without {name} has nothing to switch off",

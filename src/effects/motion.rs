@@ -7,8 +7,11 @@
 
 use crate::scene;
 
+/// Beyond this nothing but the coarsest is left of any city, and no knob overflows.
+const SLOWEST: f64 = 1e6;
+
 /// How many times shorter the distance of full detail becomes at `speed_mps` (m/s, ≥ 0); 1 up to
-/// the reference speed.
+/// the reference speed, at most a million.
 pub fn slowdown(declared: &scene::Motion, speed_mps: f64) -> f64 {
-    (speed_mps / declared.reference_speed_mps).max(1.0)
+    (speed_mps / declared.reference_speed_mps).clamp(1.0, SLOWEST)
 }

@@ -95,12 +95,13 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
             }
         }
     }
+    let standing = streets.len();
     let mut resolutions = Vec::new();
     for width_px in WIDTHS_PX {
         progress(&format!("occlusion at {width_px} pixels"));
         resolutions.push(resolution(&tree, &streets, width_px));
     }
-    report(objects, &rows, &resolutions)
+    report(objects, &rows, &resolutions, standing)
 }
 
 fn declaring(declare: impl FnOnce(&mut Effects)) -> Effects {
@@ -246,7 +247,12 @@ fn total(file: &str) -> Option<u64> {
     line.and_then(|number| number.trim().parse().ok())
 }
 
-fn report(objects: u32, rows: &[Row], resolutions: &[Resolution]) -> Result<Report, ReportError> {
+fn report(
+    objects: u32,
+    rows: &[Row],
+    resolutions: &[Resolution],
+    streets: usize,
+) -> Result<Report, ReportError> {
     let base = rows.first().and_then(|row| row.instructions);
     let ratio = |row: &Row| Some(row.instructions? as f64 / base? as f64);
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".into());
@@ -271,7 +277,7 @@ fn report(objects: u32, rows: &[Row], resolutions: &[Resolution]) -> Result<Repo
             format!("occlusion, {} px", r.width_px),
             "yes".into(),
             "yes".into(),
-            thousands((r.seen / STREETS) as u64),
+            thousands((r.seen / streets) as u64),
             dash(),
             dash(),
             format!("{:.1}", r.hide_us),
@@ -283,7 +289,7 @@ fn report(objects: u32, rows: &[Row], resolutions: &[Resolution]) -> Result<Repo
         "What each effect costs in a generated city of {} objects, seen from a street, range mode, \
          far_dist {FAR_DIST_M} m.\nInstructions are those of one frame, counted by callgrind; \
          ratio is against a scene that declares nothing. Time is a median.\nOcclusion by width of \
-         its id-buffer, {STREETS} streets: recall of what a buffer {FINER} times finer shows, and \
+         its id-buffer, {streets} streets: recall of what a buffer {FINER} times finer shows, and \
          the most pixels there of an object that was missed.",
         thousands(objects.into())
     );
@@ -303,7 +309,7 @@ fn report(objects: u32, rows: &[Row], resolutions: &[Resolution]) -> Result<Repo
     });
     let parameters = json!({
         "objects": objects, "far_dist_m": FAR_DIST_M, "speed_mps": SPEED_MPS,
-        "streets": STREETS, "finer": FINER,
+        "streets": streets, "finer": FINER,
     });
     let series = [Series {
         name: format!("objects missed, of those a buffer {FINER} times finer shows"),

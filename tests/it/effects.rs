@@ -153,7 +153,7 @@ fn detail_falls_with_speed_beyond_the_reference() {
     assert_eq!(knobs(error, 4.0), Lod::Error(ErrorLod::new(6.0).unwrap()));
     let budget = Lod::Budget(BudgetLod::new(1_001));
     assert_eq!(knobs(budget, 4.0), Lod::Budget(BudgetLod::new(251)));
-    assert_eq!(knobs(budget, f64::MAX), Lod::Budget(BudgetLod::new(0)));
+    assert_eq!(knobs(budget, f64::MAX), Lod::Budget(BudgetLod::new(1)));
     assert_eq!(knobs(error, 1.0), error);
 }
 

@@ -105,7 +105,7 @@ pub fn json(city: &City, form: Form, frame: &Frame, with_pixels: bool) -> Vec<u8
     out
 }
 
-/// Everything but the list and the head takes less, whatever the numbers.
+/// Everything but the list, the head and the pixels takes less, whatever the numbers.
 const TAIL: usize = 384;
 
 /// About how long the list becomes.

@@ -66,29 +66,30 @@ impl Effects {
         match parameter.name {
             "speed_mps" => {
                 let speed = parameter.number()?;
-                self.motion.set(|motion| motion.speed_mps = speed);
+                self.motion
+                    .set(parameter, |motion| motion.speed_mps = speed)?;
             }
             "width_px" => {
                 let width = parameter.whole(parameter.text)?;
                 self.occlusion
-                    .set(|occlusion| occlusion.width_px = Some(width));
+                    .set(parameter, |occlusion| occlusion.width_px = Some(width))?;
             }
             "min_pixels" => {
                 let least = parameter.whole(parameter.text)?;
                 self.occlusion
-                    .set(|occlusion| occlusion.min_pixels = Some(least));
+                    .set(parameter, |occlusion| occlusion.min_pixels = Some(least))?;
             }
             "visible_pixels" => {
                 let listed = parameter.word(&["true", "false"], &[true, false])?;
                 self.occlusion
-                    .set(|occlusion| occlusion.visible_pixels = listed);
+                    .set(parameter, |occlusion| occlusion.visible_pixels = listed)?;
             }
             "without" => {
                 for name in parameter.text.split(',') {
                     match name {
-                        "motion" => self.motion = Asked::Off,
-                        "haze" => self.haze = Asked::Off,
-                        "occlusion" => self.occlusion = Asked::Off,
+                        "motion" => self.motion.switch_off(parameter)?,
+                        "haze" => self.haze.switch_off(parameter)?,
+                        "occlusion" => self.occlusion.switch_off(parameter)?,
                         _ => {
                             let detail = format!(
                                 "must be motion, haze or occlusion, or several with commas, \
@@ -143,13 +144,24 @@ impl Effects {
 
 impl<T: Copy + Default> Asked<T> {
     /// Asks for the effect with a setting changed.
-    fn set(&mut self, change: impl FnOnce(&mut T)) {
+    fn set(&mut self, by: &Parameter, change: impl FnOnce(&mut T)) -> Result<(), Problem> {
         let mut settings = match self {
             Self::On(settings) => *settings,
-            Self::Unsaid | Self::Off => T::default(),
+            Self::Unsaid => T::default(),
+            Self::Off => return Err(by.problem("is of an effect that `without` switches off")),
         };
         change(&mut settings);
         *self = Self::On(settings);
+        Ok(())
+    }
+
+    /// Switches the effect off.
+    fn switch_off(&mut self, by: &Parameter) -> Result<(), Problem> {
+        if matches!(self, Self::On(_)) {
+            return Err(by.problem("switches off an effect that another parameter asks for"));
+        }
+        *self = Self::Off;
+        Ok(())
     }
 
     fn of<D, A>(
@@ -175,6 +187,11 @@ impl Occlusion {
             width_px: self.width_px.map_or(declared.width_px, |w| w.0),
             min_pixels: self.min_pixels.map_or(declared.min_pixels, |m| m.0),
         };
+        if occlusion.width_px > declared.width_px {
+            let most = declared.width_px;
+            let detail = format!("must be at most {most}, the width that the scene declares");
+            return Err(naming.setting("occlusion/width_px", detail));
+        }
         let effects = scene::Effects {
             occlusion: Some(occlusion),
             ..scene::Effects::default()

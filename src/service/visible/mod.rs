@@ -26,7 +26,7 @@ use super::negotiate::{accepted, json_body};
 use super::problem::Problem;
 use super::routes::{SceneName, Shared};
 use super::scenes::City;
-use crate::frame::Frame;
+use crate::frame::{Culling, Frame};
 use request::Body;
 use resolve::Naming;
 
@@ -89,9 +89,15 @@ fn respond(
     if binary {
         request.output.check_binary(naming)?;
     }
+    request.check_pixels(binary, naming)?;
     let mut frame = FRAME.take();
     let start = Instant::now();
-    frame.work_out(city.tree(), &view, &lod, &active, || start.elapsed());
+    let mut work = || frame.work_out(city.tree(), &view, &lod, &active, || start.elapsed());
+    if active.occlusion.is_some() || active.culling == Culling::Exact {
+        make(usize::MAX, work); // as long as there are objects
+    } else {
+        work();
+    }
     let (selection, form) = (frame.selection(), request.output.form);
     let size = answer::size(form, binary, selection, shared.max_answer_objects());
     let response = size.map(|size| {

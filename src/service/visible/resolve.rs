@@ -231,6 +231,20 @@ impl Lod {
     }
 }
 
+impl Request {
+    /// Refuses pixels beside a list that does not name each object.
+    ///
+    /// # Errors
+    /// 422.
+    pub fn check_pixels(&self, binary: bool, naming: Naming) -> Result<(), Problem> {
+        if self.effects.visible_pixels() && (binary || self.output.form == Form::Ranges) {
+            let detail = "goes with a list of ids or objects as application/json";
+            return Err(naming.setting("occlusion/visible_pixels", detail));
+        }
+        Ok(())
+    }
+}
+
 impl Output {
     /// Refuses forms that a binary answer cannot have.
     ///

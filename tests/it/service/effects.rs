@@ -201,6 +201,13 @@ fn what_cannot_be_asked_for_is_named() {
         ),
         (
             "weather",
+            json!({"occlusion": {"width_px": 257}}),
+            422,
+            "/effects/occlusion/width_px",
+            "at most 256",
+        ),
+        (
+            "weather",
             json!({"occlusion": {"min_pixels": 0}}),
             422,
             "/effects/occlusion/min_pixels",
@@ -221,6 +228,9 @@ fn what_cannot_be_asked_for_is_named() {
         ("min_pixels=0", "min_pixels"),
         ("visible_pixels=yes", "visible_pixels"),
         ("without=rain", "without"),
+        ("width_px=64&without=occlusion", "without"),
+        ("without=occlusion&width_px=64", "width_px"),
+        ("visible_pixels=true&form=ranges", "visible_pixels"),
     ] {
         let reply = service.get(&format!("/collections/weather/{QUERY}&{query}"));
         assert!((400..500).contains(&reply.status), "{query}");
