@@ -35,6 +35,8 @@ struct Collection<'a> {
     levels: Vec<Counts>,
     classes: Vec<&'a str>,
     promotion: &'static str,
+    /// What the scene declares.
+    effects: &'a crate::scene::Effects,
     revision: String,
     max_boxes: u32,
     links: Vec<Link<'a>>,
@@ -94,6 +96,7 @@ impl<'a> Collection<'a> {
             levels: levels.collect(),
             classes: tree.classes().iter().map(AsRef::as_ref).collect(),
             promotion: promotion_name(tree.promotion()),
+            effects: tree.effects(),
             revision: tree.revision(),
             max_boxes: MOST_BOXES,
             links: vec![

@@ -64,6 +64,13 @@ fn what_is_declared_runs_unless_it_is_switched_off() {
     // To switch off what is not there changes nothing.
     let same = ask(&service, "clear", &json!({"haze": false}));
     assert_eq!(ids(&same), ids(&clear));
+    // A client can find out what there is.
+    let known = service.get("/collections/weather").json()["effects"].clone();
+    assert_eq!(known["haze"]["visibility_m"], 700.0);
+    assert_eq!(
+        service.get("/collections/clear").json()["effects"],
+        json!({})
+    );
     // By query too.
     let get = service.get(&format!(
         "/collections/weather/{QUERY}&without=motion,haze,occlusion"
