@@ -9,7 +9,7 @@ use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::super::json::{Whole, given, token};
-use super::super::problem::Problem;
+use super::super::problem::{Kind, Problem};
 use super::query::Parameter;
 use super::resolve::Naming;
 use crate::frame::{Active, Culling};
@@ -61,7 +61,7 @@ impl Effects {
     /// Takes a parameter of a query; `false` where it is none of an effect.
     ///
     /// # Errors
-    /// 400 that names the parameter.
+    /// 400 that names the parameter, 422 where two contradict each other.
     pub fn take(&mut self, parameter: &Parameter) -> Result<bool, Problem> {
         match parameter.name {
             "speed_mps" => {
@@ -143,22 +143,26 @@ impl Effects {
 }
 
 impl<T: Copy + Default> Asked<T> {
-    /// Asks for the effect with a setting changed.
+    /// Asks for the effect with a setting changed; 422 where it is switched off.
     fn set(&mut self, by: &Parameter, change: impl FnOnce(&mut T)) -> Result<(), Problem> {
         let mut settings = match self {
             Self::On(settings) => *settings,
             Self::Unsaid => T::default(),
-            Self::Off => return Err(by.problem("is of an effect that `without` switches off")),
+            Self::Off => {
+                let detail = "is of an effect that `without` switches off";
+                return Err(Problem::new(Kind::ImpossibleValue, detail).at(by.name));
+            }
         };
         change(&mut settings);
         *self = Self::On(settings);
         Ok(())
     }
 
-    /// Switches the effect off.
+    /// Switches the effect off; 422 where it is asked for.
     fn switch_off(&mut self, by: &Parameter) -> Result<(), Problem> {
         if matches!(self, Self::On(_)) {
-            return Err(by.problem("switches off an effect that another parameter asks for"));
+            let detail = "switches off an effect that another parameter asks for";
+            return Err(Problem::new(Kind::ImpossibleValue, detail).at(by.name));
         }
         *self = Self::Off;
         Ok(())
