@@ -10,32 +10,33 @@ mod city;
 
 use std::time::Duration;
 
-use citylod::geom::{Aabb, Filter, SizeThreshold, View};
+use citylod::geom::{Aabb, Eight, Filter, SizeThreshold, View};
 use citylod::index::{self, LodTree, Promotion};
 use citylod::lod::{BudgetLod, ErrorLod, Lod, Selection, select};
 use citylod::scene::{CityParams, generate};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use wide::f32x8;
 
 /// What a scan reads: boxes eight to a block and the radius of each, in the order of the objects.
 struct Table {
-    boxes: Vec<[[f32; 8]; 6]>,
-    radii: Vec<[f32; 8]>,
+    boxes: Vec<Eight>,
+    radii: Vec<f32x8>,
 }
 
 impl Table {
     fn of(tree: &LodTree) -> Self {
         let blocks = tree.object_count().div_ceil(8) as usize;
         // Boxes that are nowhere fill the last block.
-        let mut boxes = vec![[[f32::INFINITY; 8]; 6]; blocks];
-        let mut radii = vec![[0.0; 8]; blocks];
+        let mut boxes = vec![[f32x8::splat(f32::INFINITY); 6]; blocks];
+        let mut radii = vec![f32x8::ZERO; blocks];
         for object in 0..tree.object_count() {
             let (block, lane) = (object as usize / 8, object as usize % 8);
             let corners = tree.relative_box(object).unwrap();
             for (row, corner) in boxes[block].iter_mut().zip(corners) {
-                row[lane] = corner;
+                row.as_mut_array()[lane] = corner;
             }
             let radius = tree.bounds_of(object).unwrap().radius() as f32;
-            radii[block][lane] = radius.next_up();
+            radii[block].as_mut_array()[lane] = radius.next_up();
         }
         Self { boxes, radii }
     }
@@ -49,7 +50,7 @@ impl Table {
         let planes = filter.all_planes();
         for ((block, boxes), &radii) in (0..).zip(&self.boxes).zip(&self.radii) {
             let distances = filter.distances(boxes);
-            let missed = threshold.missed(radii.into(), &distances);
+            let missed = threshold.missed(radii, &distances);
             if missed == 0xff {
                 continue;
             }
@@ -58,7 +59,7 @@ impl Table {
             if rest == 0 {
                 continue;
             }
-            let sure = touching & threshold.reached(radii.into(), &distances);
+            let sure = touching & threshold.reached(radii, &distances);
             while rest != 0 {
                 let lane = rest.trailing_zeros();
                 let object = block * 8 + lane;

@@ -149,11 +149,9 @@ impl Frame {
             lod::select(tree, seen, &lod, &mut self.selection);
             let mut removed = 0;
             if let Some(axes) = &axes {
-                removed += self.selection.retain(|object| {
-                    let known = boxes.get(object as usize);
-                    let bounds = known.and_then(|&corners| Aabb::from_array(corners).ok());
-                    bounds.is_some_and(|b| !axes.separate(&b))
-                });
+                removed += self
+                    .selection
+                    .retain(|object| Aabb::nth(boxes, object).is_some_and(|b| !axes.separate(&b)));
             }
             self.retrieval += watch.lap();
             if let Some(declared) = active.haze {

@@ -19,8 +19,6 @@ pub fn clear(
     selection: &mut Selection,
 ) -> u32 {
     selection.retain(|object| {
-        let known = boxes.get(object as usize);
-        let bounds = known.and_then(|&corners| Aabb::from_array(corners).ok());
-        bounds.is_some_and(|b| b.distance(view.eye()) <= declared.visibility_m)
+        Aabb::nth(boxes, object).is_some_and(|b| b.distance(view.eye()) <= declared.visibility_m)
     })
 }

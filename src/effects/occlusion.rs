@@ -37,8 +37,7 @@ impl Occluder {
         self.seen.clear();
         let projector = Projector::new(view, size);
         for object in selection.objects() {
-            let known = boxes.get(object as usize);
-            match known.and_then(|&corners| Aabb::from_array(corners).ok()) {
+            match Aabb::nth(boxes, object) {
                 Some(bounds) if bounds.distance(view.eye()) > 0.0 => {
                     buffer.draw_box(&projector, &bounds, object);
                 }

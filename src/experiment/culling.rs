@@ -4,6 +4,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde_json::json;
+use wide::f32x8;
 
 use super::city::{self, GONG_OBJECTS, SEED};
 use super::exact::{Answer, Camera, Oracle};
@@ -89,7 +90,10 @@ impl Boxes {
             .filter_map(|&o| tree.relative_box(o))
             .collect();
         let block = |chunk: &[[f32; 6]]| -> Eight {
-            std::array::from_fn(|k| std::array::from_fn(|i| chunk.get(i).map_or(0.0, |b| b[k])))
+            std::array::from_fn(|k| {
+                let lane = |i| chunk.get(i).map_or(0.0, |b: &[f32; 6]| b[k]);
+                f32x8::new(std::array::from_fn(lane))
+            })
         };
         Self {
             blocks: relative.chunks(8).map(block).collect(),

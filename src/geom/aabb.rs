@@ -142,6 +142,11 @@ impl Aabb {
         Self::new(DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1))
     }
 
+    /// Box number `at` of many; `None` past the last one and where the numbers are no box.
+    pub fn nth(boxes: &[[f64; 6]], at: u32) -> Option<Self> {
+        Self::from_array(*boxes.get(at as usize)?).ok()
+    }
+
     /// `[min x, min y, min z, max x, max y, max z]`.
     pub fn to_array(self) -> [f64; 6] {
         [

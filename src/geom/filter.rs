@@ -28,7 +28,7 @@ const LARGEST: f64 = 1e18;
 const LARGEST_TERM: f64 = 1e36;
 
 /// Lanes of eight boxes: min x, y, z, max x, y, z.
-pub type Eight = [[f32; 8]; 6];
+pub type Eight = [f32x8; 6];
 
 /// A set of eight boxes, bit i for box i; no other bits.
 pub type Lanes = u32;
@@ -81,7 +81,7 @@ impl FilterPlane {
 
     #[inline]
     fn sum(&self, offset: f32x8, boxes: &Eight, corner: [Lane; 3]) -> f32x8 {
-        let term = |axis: usize| f32x8::from(boxes[corner[axis] as usize]) * self.normal[axis];
+        let term = |axis: usize| boxes[corner[axis] as usize] * self.normal[axis];
         offset + term(0) + term(1) + term(2)
     }
 }
@@ -251,8 +251,8 @@ impl Filter {
         let mut nearest = f32x8::ZERO;
         for axis in 0..3 {
             let eye = f32x8::splat(self.eye[axis]);
-            let low = f32x8::from(boxes[axis]) - eye;
-            let high = eye - f32x8::from(boxes[axis + 3]);
+            let low = boxes[axis] - eye;
+            let high = eye - boxes[axis + 3];
             let near = low.fast_max(high).fast_max(f32x8::ZERO);
             nearest += near * near;
         }
@@ -265,8 +265,8 @@ impl Filter {
         let mut farthest = f32x8::ZERO;
         for axis in 0..3 {
             let eye = f32x8::splat(self.eye[axis]);
-            let low = eye - f32x8::from(boxes[axis]);
-            let high = f32x8::from(boxes[axis + 3]) - eye;
+            let low = eye - boxes[axis];
+            let high = boxes[axis + 3] - eye;
             let far = low.fast_max(high);
             farthest += far * far;
         }
@@ -292,7 +292,7 @@ impl Filter {
     pub fn radii(boxes: &Eight) -> f32x8 {
         let mut squared = f32x8::ZERO;
         for axis in 0..3 {
-            let size = f32x8::from(boxes[axis + 3]) - f32x8::from(boxes[axis]);
+            let size = boxes[axis + 3] - boxes[axis];
             squared += size * size;
         }
         // Squares may underflow; what is lost is less than what is added.

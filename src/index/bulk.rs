@@ -17,25 +17,34 @@ const INNER_FAN_OUT: usize = MAX_FAN_OUT - 1;
 /// Smaller pieces are not worth another thread.
 const PARALLEL_FROM: usize = 16 * 1024;
 
-/// Midpoint of an object on the ground, relative to the middle of the city.
+/// Where an object lies in the space that is cut up: its midpoint on the ground, relative to the
+/// middle of the city, and for [`Promotion::Largest`] its radius on the scale of [`SIZE_SCALE`].
 #[derive(Debug, Clone, Copy)]
-struct Place {
-    at: [f32; 2],
+struct Place<const AXES: usize> {
+    at: [f32; AXES],
     object: Canonical,
 }
+
+/// How many metres of distance count as much as one of radius. Which objects are large enough on
+/// the screen depends on radius by distance, so where the two are d = s·r, a difference of 1 m in
+/// radius and one of s m in distance tell objects apart equally well. This s is what an object of
+/// 14 pixels has in a view of 1080 lines and 60°.
+const SIZE_SCALE: f64 = 128.0;
 
 /// The hierarchy of all objects of the scene.
 pub(super) fn load(objects: &[&SceneObject], promotion: Promotion) -> Hierarchy {
     if objects.is_empty() {
         return Hierarchy::default();
     }
-    let mut places = places(objects);
-    let height = height(places.len());
-    tile(&mut places, height);
-
+    let height = height(objects.len());
     let mut levels: Vec<Level> = (0..=height).map(|_| Level::default()).collect();
-    plan(places.len(), height, &mut levels);
-    let mut order: Vec<Canonical> = places.into_par_iter().map(|p| p.object).collect();
+    plan(objects.len(), height, &mut levels);
+    let mut order = match promotion {
+        Promotion::Tallest | Promotion::Footprint => order(objects, height, |_, [x, y]| [x, y]),
+        Promotion::Largest => order(objects, height, |object, [x, y]| {
+            [x, y, (object.bounds.radius() * SIZE_SCALE) as f32]
+        }),
+    };
     sort_within(&mut order, &levels[0].children);
 
     for k in 0..levels.len() {
@@ -66,23 +75,30 @@ pub(super) fn load(objects: &[&SceneObject], promotion: Promotion) -> Hierarchy 
     }
 }
 
-fn places(objects: &[&SceneObject]) -> Vec<Place> {
+/// The objects in the order in which the nodes of a tree of this height hold them.
+fn order<const AXES: usize>(
+    objects: &[&SceneObject],
+    height: usize,
+    place: impl Fn(&SceneObject, [f32; 2]) -> [f32; AXES] + Sync,
+) -> Vec<Canonical> {
     let middle = objects
         .par_iter()
         .map(|o| o.bounds)
         .reduce_with(|a, b| a.union(&b))
         .map_or(glam::DVec3::ZERO, |all| all.center());
-    objects
+    let mut places: Vec<Place<AXES>> = objects
         .par_iter()
         .enumerate()
         .map(|(key, object)| {
             let center = object.bounds.center() - middle;
             Place {
-                at: [center.x as f32, center.y as f32],
+                at: place(object, [center.x as f32, center.y as f32]),
                 object: key as Canonical,
             }
         })
-        .collect()
+        .collect();
+    tile(&mut places, height);
+    places.into_par_iter().map(|p| p.object).collect()
 }
 
 /// Objects below a full node at this height above the leaves.
@@ -112,19 +128,19 @@ fn first_half(objects: usize, parts: usize) -> usize {
 }
 
 /// Orders `places` so that the objects of every node lie together.
-fn tile(places: &mut [Place], height: usize) {
+fn tile<const AXES: usize>(places: &mut [Place<AXES>], height: usize) {
     if height > 0 {
         let parts = fan_out(places.len(), height);
         bisect(places, parts, height);
     }
 }
 
-fn bisect(places: &mut [Place], parts: usize, height: usize) {
+fn bisect<const AXES: usize>(places: &mut [Place<AXES>], parts: usize, height: usize) {
     if parts == 1 {
         return tile(places, height - 1);
     }
     let first = first_half(places.len(), parts);
-    let axis = wider_axis(places);
+    let axis = widest_axis(places);
     places.select_nth_unstable_by(first, |a, b| {
         a.at[axis]
             .total_cmp(&b.at[axis])
@@ -142,16 +158,23 @@ fn bisect(places: &mut [Place], parts: usize, height: usize) {
     }
 }
 
-fn wider_axis(places: &[Place]) -> usize {
-    let mut low = [f32::INFINITY; 2];
-    let mut high = [f32::NEG_INFINITY; 2];
+fn widest_axis<const AXES: usize>(places: &[Place<AXES>]) -> usize {
+    let mut low = [f32::INFINITY; AXES];
+    let mut high = [f32::NEG_INFINITY; AXES];
     for place in places {
-        for axis in 0..2 {
+        for axis in 0..AXES {
             low[axis] = low[axis].min(place.at[axis]);
             high[axis] = high[axis].max(place.at[axis]);
         }
     }
-    usize::from(high[1] - low[1] > high[0] - low[0])
+    let width = |axis: usize| high[axis] - low[axis];
+    (1..AXES).fold(0, |widest, axis| {
+        if width(axis) > width(widest) {
+            axis
+        } else {
+            widest
+        }
+    })
 }
 
 /// Writes down the child counts that [`tile`] arrives at; they depend on the number alone.

@@ -28,7 +28,7 @@ use bytemuck::{Pod, Zeroable};
 /// First bytes: not text, and damaged by anything that changes line ends.
 pub(super) const MAGIC: [u8; 8] = *b"\x89CLOD\r\n\x1a";
 /// Raised with every change that older programs would misread.
-pub(super) const VERSION: u32 = 2;
+pub(super) const VERSION: u32 = 3;
 pub(super) const ALIGNMENT: usize = 64;
 /// Levels that a file may have; a tree of 2³² objects with two children a node has 32.
 pub(super) const MOST_LEVELS: u32 = 64;
@@ -71,6 +71,8 @@ pub(super) enum Section {
     /// below it, m, rounded up; 0 where there is none. What a node holds, less what an ancestor
     /// stores.
     ChildRadii,
+    /// As `ChildRadii`: the least radius instead; infinite where there is none.
+    ChildLeastRadii,
     /// f64 × 6 × m: exact boxes of nodes.
     NodeBoxes,
     /// u32 × (m + 1): first block of each node in `OwnBlocks`, then their number.
@@ -100,7 +102,7 @@ pub(super) enum Section {
 }
 
 impl Section {
-    pub(super) const ALL: [Self; 23] = [
+    pub(super) const ALL: [Self; 24] = [
         Self::Meta,
         Self::Levels,
         Self::Children,
@@ -111,6 +113,7 @@ impl Section {
         Self::ChildBlockStarts,
         Self::ChildBlocks,
         Self::ChildRadii,
+        Self::ChildLeastRadii,
         Self::NodeBoxes,
         Self::OwnBlockStarts,
         Self::OwnBlocks,
@@ -138,6 +141,7 @@ impl Section {
             Self::ChildBlockStarts => b"chldblks",
             Self::ChildBlocks => b"chldblk ",
             Self::ChildRadii => b"chldrad ",
+            Self::ChildLeastRadii => b"chldlst ",
             Self::NodeBoxes => b"nodebox ",
             Self::OwnBlockStarts => b"ownblks ",
             Self::OwnBlocks => b"ownblk  ",
@@ -167,6 +171,7 @@ impl Section {
             Self::Meta
             | Self::ChildBlocks
             | Self::ChildRadii
+            | Self::ChildLeastRadii
             | Self::OwnBlocks
             | Self::OwnRadii
             | Self::Ids

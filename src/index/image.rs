@@ -153,7 +153,7 @@ fn parse(bytes: &[u8]) -> Result<Parsed, Refusal> {
             (Section::ChildBlocks | Section::OwnBlocks, None) => {
                 entry.length.is_multiple_of(size_of::<Block>() as u64)
             }
-            (Section::ChildRadii | Section::OwnRadii, None) => {
+            (Section::ChildRadii | Section::ChildLeastRadii | Section::OwnRadii, None) => {
                 entry.length.is_multiple_of(size_of::<Radii>() as u64)
             }
             (_, None) => true,

@@ -70,7 +70,9 @@ impl Packer<'_> {
         let mut draft = Draft::new(&counts, |section| match section {
             Section::Meta => meta.len(),
             Section::ChildBlocks => self.child_blocks.count() * size_of::<Block>(),
-            Section::ChildRadii => self.child_blocks.count() * size_of::<Radii>(),
+            Section::ChildRadii | Section::ChildLeastRadii => {
+                self.child_blocks.count() * size_of::<Radii>()
+            }
             Section::OwnBlocks => self.own_blocks.count() * size_of::<Block>(),
             Section::OwnRadii => self.own_blocks.count() * size_of::<Radii>(),
             Section::Ids => end(&self.ids),
@@ -165,14 +167,19 @@ impl Packer<'_> {
         for (plane, cut) in cuts.chunks_exact_mut(inner_nodes.max(1)).zip(&radii.cuts) {
             plane.copy_from_slice(cut);
         }
-        let blocks: &mut [Radii] = draft.fill(Section::ChildRadii);
-        let (root, below) = blocks.split_at_mut(radii.held.len().min(1));
-        if let (Some(block), Some(&held)) = (root.first_mut(), radii.held.first()) {
-            block[0] = held;
-        }
-        self.child_blocks.fill_radii(&radii.held, below);
+        self.fill_child_radii(&radii.held, draft.fill(Section::ChildRadii));
+        self.fill_child_radii(&radii.least, draft.fill(Section::ChildLeastRadii));
         self.own_blocks
             .fill_radii(&radii.own, draft.fill(Section::OwnRadii));
+    }
+
+    /// One radius a node, in the order of the blocks: the root's, then those of children.
+    fn fill_child_radii(&self, radii: &[f32], blocks: &mut [Radii]) {
+        let (root, below) = blocks.split_at_mut(radii.len().min(1));
+        if let (Some(block), Some(&radius)) = (root.first_mut(), radii.first()) {
+            block[0] = radius;
+        }
+        self.child_blocks.fill_radii(radii, below);
     }
 
     fn fill_objects(&self, draft: &mut Draft) {

@@ -12,6 +12,8 @@ pub(super) struct Radii {
     pub(super) own: Vec<f32>,
     /// Largest of each node's own objects and of those below it.
     pub(super) held: Vec<f32>,
+    /// Least of the same; infinite where there is none.
+    pub(super) least: Vec<f32>,
     /// Largest below each node that is not its own.
     pub(super) hidden: Vec<f32>,
     /// The same of what is stored below a level, for each inner node: level 1 first, up to the
@@ -38,6 +40,7 @@ impl Radii {
         });
         Self {
             cuts: cuts.collect(),
+            least: least(plan, &own),
             own,
             held,
             hidden,
@@ -60,6 +63,20 @@ fn below(plan: &Plan, radii: &[f32], counted: std::ops::Range<usize>) -> (Vec<f3
         held[node] = hidden[node].max(held[node]);
     }
     (hidden, held)
+}
+
+/// For each node, the least radius of its own objects and of those below it.
+fn least(plan: &Plan, radii: &[f32]) -> Vec<f32> {
+    let least = |radii: &[f32]| radii.iter().copied().fold(f32::INFINITY, f32::min);
+    let own = plan.own.par_windows(2);
+    let mut held: Vec<f32> = own
+        .map(|own| least(&radii[own[0] as usize..own[1] as usize]))
+        .collect();
+    for node in (0..plan.children.len() - 1).rev() {
+        let children = plan.children[node] as usize..plan.children[node + 1] as usize;
+        held[node] = least(&held[children]).min(held[node]);
+    }
+    held
 }
 
 fn largest(radii: &[f32]) -> f32 {

@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use compact_str::CompactString;
+use wide::f32x8;
 
 use super::Promotion;
 use super::error::FileError;
@@ -52,16 +53,18 @@ pub struct Arrays<'a> {
     pub cut_radii: &'a [f32],
     /// Boxes of the root, then of the children of each inner node, eight to a block: lanes of min
     /// x, y, z, max x, y, z relative to [`LodTree::origin`], rounded outward.
-    pub child_blocks: &'a [[[f32; 8]; 6]],
+    pub child_blocks: &'a [[f32x8; 6]],
     /// For each of these blocks, the largest radius of an object stored with each child or below
     /// it, m, rounded up.
-    pub child_radii: &'a [[f32; 8]],
+    pub child_radii: &'a [f32x8],
+    /// The same for the least radius; infinite where there is none.
+    pub child_least_radii: &'a [f32x8],
     /// First block of each inner node's children, then the number of blocks.
     pub child_block_starts: &'a [u32],
     /// The same for each node's own objects.
-    pub own_blocks: &'a [[[f32; 8]; 6]],
+    pub own_blocks: &'a [[f32x8; 6]],
     /// For each of these blocks, the radius of each object, m, rounded up.
-    pub own_radii: &'a [[f32; 8]],
+    pub own_radii: &'a [f32x8],
     /// First block of each node's own objects, then the number of blocks.
     pub own_block_starts: &'a [u32],
     /// Exact boxes of nodes: min x, y, z, max x, y, z in scene coordinates.
@@ -246,6 +249,7 @@ impl LodTree {
             cut_radii: self.image.slice(Section::CutRadii),
             child_blocks: self.image.slice(Section::ChildBlocks),
             child_radii: self.image.slice(Section::ChildRadii),
+            child_least_radii: self.image.slice(Section::ChildLeastRadii),
             child_block_starts: self.image.slice(Section::ChildBlockStarts),
             own_blocks: self.image.slice(Section::OwnBlocks),
             own_radii: self.image.slice(Section::OwnRadii),

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use wide::f32x8;
+
 use super::LodTree;
 use super::outward::stored_radius;
 use crate::geom::Aabb;
@@ -225,11 +227,11 @@ impl Check<'_> {
         }
     }
 
-    fn block_of(&mut self, what: &str, blocks: &[[[f32; 8]; 6]], boxes: &[[f64; 6]], first: u32) {
+    fn block_of(&mut self, what: &str, blocks: &[[f32x8; 6]], boxes: &[[f64; 6]], first: u32) {
         let origin = self.tree.origin().to_array();
         for (at, exact) in boxes.iter().enumerate() {
             for lane in 0..6 {
-                let stored = blocks[at / 8][lane][at % 8];
+                let stored = blocks[at / 8][lane].as_array()[at % 8];
                 let wanted = exact[lane] - origin[lane % 3];
                 let tight = if lane < 3 {
                     f64::from(stored) <= wanted && f64::from(stored.next_up()) > wanted
@@ -254,21 +256,35 @@ impl Check<'_> {
             own.filter_map(radius)
                 .fold(a.hidden_radii[node as usize], f32::max)
         };
-        let stated = |radii: &[[f32; 8]], block: u32, at: u32| {
+        let mut least = vec![f32::INFINITY; self.tree.node_count() as usize];
+        for node in (0..least.len()).rev() {
+            let own = (a.own[node]..a.own[node + 1]).filter_map(radius);
+            let below = match (a.children.get(node), a.children.get(node + 1)) {
+                (Some(&first), Some(&end)) => &least[first as usize..end as usize],
+                _ => &[],
+            };
+            least[node] = own
+                .chain(below.iter().copied())
+                .fold(f32::INFINITY, f32::min);
+        }
+        let least = |node: u32| least[node as usize];
+        let stated = |radii: &[f32x8], block: u32, at: u32| {
             let block = radii.get(block as usize + at as usize / 8)?;
-            Some(block[at as usize % 8])
+            Some(block.as_array()[at as usize % 8])
         };
         let mut wrong = Vec::new();
-        if root == 1 && stated(a.child_radii, 0, 0) != Some(held(0)) {
+        let differs = |node: u32, block: u32, at: u32| {
+            stated(a.child_radii, block, at) != Some(held(node))
+                || stated(a.child_least_radii, block, at) != Some(least(node))
+        };
+        if root == 1 && differs(0, 0, 0) {
             wrong.push("node 0".to_owned());
         }
         for (group, &block) in a.children.windows(2).zip(a.child_block_starts) {
             let nodes = (group[0]..group[1]).zip(0..);
-            let differs =
-                |&(node, at): &(u32, u32)| stated(a.child_radii, block, at) != Some(held(node));
             wrong.extend(
                 nodes
-                    .filter(differs)
+                    .filter(|&(node, at)| differs(node, block, at))
                     .map(|(node, _)| format!("node {node}")),
             );
         }
@@ -281,12 +297,14 @@ impl Check<'_> {
         for place in wrong {
             self.require(
                 false,
-                "radius beside a box is the largest it stands for",
+                "radii beside a box are the largest and least it stands for",
                 || place,
             );
         }
         self.require(
-            a.child_radii.len() == a.child_blocks.len() && a.own_radii.len() == a.own_blocks.len(),
+            a.child_radii.len() == a.child_blocks.len()
+                && a.child_least_radii.len() == a.child_blocks.len()
+                && a.own_radii.len() == a.own_blocks.len(),
             "radii lie beside every block of boxes",
             || "radii".to_owned(),
         );

@@ -3,8 +3,9 @@
 use std::cmp::Ordering;
 
 use super::Selection;
-use super::sweep::{Sized, Wanted, sweep};
-use crate::geom::{Filter, View};
+use super::search::Search;
+use super::sweep::{Sized, sweep};
+use crate::geom::{DVec3, Filter, PixelScale, View};
 use crate::index::LodTree;
 
 /// The knob of budget mode: exactly this many objects of the frustum are drawn, those of the
@@ -40,47 +41,74 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
         return;
     }
     let filter = Filter::new(view.frustum(), tree.origin(), &tree.bounds());
-    let budget = lod.max_objects as usize;
-    let survey = &mut selection.sizes.survey;
-    let mut wanted = survey.estimate(tree, view, &filter, lod.max_objects);
-    let mut width = WIDTH;
+    let budget = lod.max_objects;
+    let mut search = match &selection.sizes.last {
+        Some(last) if last.resembles(tree, view) => {
+            let growth = f64::from(budget.max(1)) / f64::from(last.budget.max(1));
+            Search::new(budget, last.px / growth.sqrt(), FRAME)
+        }
+        _ => {
+            let survey = &mut selection.sizes.survey;
+            let px = survey.estimate(tree, view, &filter, budget);
+            Search::new(budget, px, STRAYS)
+        }
+    };
     loop {
-        let omitted = sweep(tree, view, &filter, wanted, selection);
-        let sure = selection.count() as usize;
-        let found = sure + selection.sizes.border.len();
-        wanted = if sure > budget {
-            Wanted {
-                sure: (wanted.sure * width).max(f64::MIN_POSITIVE),
-                least: wanted.sure,
-            }
-        } else if found < budget && wanted.least > 0.0 {
-            Wanted {
-                sure: wanted.least,
-                least: wanted.least.min(LARGEST) / width,
-            }
-        } else {
-            return fill(selection, budget - sure, wanted.sure, omitted);
-        };
-        width = width.powi(4);
-        if width == f64::INFINITY {
-            // Every object counts, and is ranked.
-            wanted = Wanted {
-                sure: f64::INFINITY,
-                least: 0.0,
-            };
+        let wanted = search.wanted();
+        let missed = sweep(tree, view, &filter, wanted, selection);
+        let sure = selection.count();
+        let found = sure + selection.sizes.border.len() as u32;
+        let all = !missed && sure <= budget;
+        if all || !search.goes_on(wanted, sure, found) {
+            let omitted = if missed { wanted.least } else { 0.0 };
+            let missing = budget.saturating_sub(sure) as usize;
+            let px = fill(selection, missing, wanted.sure, omitted);
+            selection.sizes.last = Last::new(tree, view, budget, px);
+            break;
         }
         selection.forget_ranges();
     }
 }
 
-/// Ratio of the two sizes of a second attempt, where the estimate was wrong; each further one has
-/// the fourth power of it, so that there are but a few.
-const WIDTH: f64 = 1.3;
-/// Where to go on from infinity, pixels.
-const LARGEST: f64 = 1e6;
+/// What the last budget came to: where a frame loop begins, as sizes hardly move from one frame to
+/// the next.
+#[derive(Debug, Clone)]
+pub(super) struct Last {
+    objects: u32,
+    eye: DVec3,
+    scale: PixelScale,
+    budget: u32,
+    px: f64,
+}
 
-/// Adds the `missing` largest of the border.
-fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) {
+/// Frames follow one another while the eye moves by no more than this share of the city.
+const STEP: f64 = 0.01;
+/// What sizes change by from frame to frame, as a ratio.
+const FRAME: f64 = 1.01;
+/// What a survey may stray by.
+const STRAYS: f64 = 1.025;
+
+impl Last {
+    fn new(tree: &LodTree, view: &View, budget: u32, px: f64) -> Option<Self> {
+        (px > 0.0 && px < f64::INFINITY).then(|| Self {
+            objects: tree.object_count(),
+            eye: view.eye(),
+            scale: view.pixels(),
+            budget,
+            px,
+        })
+    }
+
+    fn resembles(&self, tree: &LodTree, view: &View) -> bool {
+        let step = self.eye.distance(view.eye());
+        self.objects == tree.object_count()
+            && self.scale == view.pixels()
+            && step <= STEP * tree.bounds().size().length()
+    }
+}
+
+/// Adds the `missing` largest of the border. Returns the smallest size drawn, about.
+fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) -> f64 {
     let mut border = std::mem::take(&mut selection.sizes.border);
     let mut ranked = std::mem::take(&mut selection.sizes.ranked);
     ranked.clear();
@@ -102,6 +130,7 @@ fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) {
     selection.sizes.ranked = ranked;
     // Nothing left out is larger than anything drawn, whatever rounding adds to the bound.
     selection.conclude(omitted.min(smallest));
+    smallest
 }
 
 /// The larger first, of equals the one with the lower number.

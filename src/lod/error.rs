@@ -51,8 +51,8 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: ErrorLod, selection: &mut
         return;
     }
     let filter = Filter::new(view.frustum(), tree.origin(), &tree.bounds());
-    let omitted = sweep(tree, view, &filter, wanted, selection);
-    // What was left out is smaller by definition, whatever rounding adds to the bound.
+    let missed = sweep(tree, view, &filter, wanted, selection);
+    // What was left out is smaller by definition.
     let below = lod.max_error_px.next_down().max(0.0);
-    selection.conclude(omitted.min(below));
+    selection.conclude(if missed { below } else { 0.0 });
 }

@@ -8,8 +8,8 @@
 use std::ops::Range;
 
 use super::lanes;
-use super::retrieve::{Traversal, exact};
-use crate::geom::{Eight, EightRelations, Lanes, PlaneSet};
+use super::retrieve::Traversal;
+use crate::geom::{Aabb, Eight, EightRelations, Lanes, PlaneSet, View};
 
 impl Traversal<'_> {
     /// Adds the objects of the siblings in `set`, which have a range: all of those inside the
@@ -125,7 +125,7 @@ impl Traversal<'_> {
             return; // only in a damaged file
         };
         if planes == 0
-            || exact(self.arrays.object_boxes, object)
+            || Aabb::nth(self.arrays.object_boxes, object)
                 .is_some_and(|exact| !self.view.frustum().is_outside_of(planes, &exact))
         {
             self.selection.add(level, object..object + 1);
@@ -160,19 +160,19 @@ impl Traversal<'_> {
         if open == 0 {
             set & touching
         } else {
-            set & touching | self.not_outside(first, open)
+            set & touching | not_outside(self.view, self.arrays.object_boxes, first, open)
         }
     }
+}
 
-    /// The same, decided in f64.
-    #[cold]
-    fn not_outside(&self, first: u32, set: Lanes) -> Lanes {
-        let seen = |&lane: &u32| {
-            exact(self.arrays.object_boxes, first + lane)
-                .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
-        };
-        lanes::each(set)
-            .filter(seen)
-            .fold(0, |set, lane| set | 1 << lane)
-    }
+/// Which of eight objects from `first` on are not outside the frustum, decided in f64.
+#[cold]
+pub(super) fn not_outside(view: &View, boxes: &[[f64; 6]], first: u32, set: Lanes) -> Lanes {
+    let seen = |&lane: &u32| {
+        let exact = Aabb::nth(boxes, first + lane);
+        exact.is_some_and(|exact| !view.frustum().is_outside(&exact))
+    };
+    lanes::each(set)
+        .filter(seen)
+        .fold(0, |set, lane| set | 1 << lane)
 }

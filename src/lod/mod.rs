@@ -13,6 +13,7 @@ mod level;
 mod mode;
 mod range;
 mod retrieve;
+mod search;
 mod selection;
 mod survey;
 mod sweep;

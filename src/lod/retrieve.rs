@@ -183,7 +183,7 @@ impl Traversal<'_> {
     #[cold]
     fn nearer_than(&self, far: f64, first: u32, set: Lanes) -> Lanes {
         let nearer = |&lane: &u32| {
-            exact(self.arrays.node_boxes, first + lane)
+            Aabb::nth(self.arrays.node_boxes, first + lane)
                 .is_some_and(|exact| exact.distance(self.view.eye()) < far)
         };
         lanes::each(set)
@@ -342,7 +342,7 @@ impl Traversal<'_> {
     fn promoted(&self, nodes: &Range<u32>) -> f32 {
         let representatives = self.arrays.representatives;
         let radius = |&object: &u32| {
-            let bounds = exact(self.arrays.object_boxes, object);
+            let bounds = Aabb::nth(self.arrays.object_boxes, object);
             bounds.map_or(f32::INFINITY, |b| (b.radius() as f32).next_up())
         };
         let range = nodes.start as usize..nodes.end as usize;
@@ -386,9 +386,4 @@ impl Traversal<'_> {
             self.omitted.raise(radii, distances, beyond);
         }
     }
-}
-
-/// The exact box, where it is one.
-pub(super) fn exact(boxes: &[[f64; 6]], at: u32) -> Option<Aabb> {
-    Aabb::from_array(*boxes.get(at as usize)?).ok()
 }

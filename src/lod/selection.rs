@@ -132,6 +132,12 @@ impl Selection {
         append_runs(&mut self.ranges, first, set);
     }
 
+    /// Adds objects behind all others.
+    #[inline]
+    pub(super) fn push(&mut self, objects: Range<u32>) {
+        append(&mut self.ranges, objects);
+    }
+
     /// Adds single objects, ascending, between the others.
     pub(super) fn merge(&mut self, objects: impl Iterator<Item = u32>) {
         let others = std::mem::take(&mut self.merged);

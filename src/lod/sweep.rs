@@ -13,13 +13,12 @@ use std::ops::Range;
 
 use wide::f32x8;
 
-use super::retrieve::exact;
+use super::budget::Last;
+use super::gather::not_outside;
 use super::selection::Stats;
 use super::survey::Survey;
 use super::{Selection, lanes};
-use crate::geom::{
-    Eight, EightDistances, Filter, Lanes, LargestSize, PixelScale, PlaneSet, SizeThreshold, View,
-};
+use crate::geom::{Aabb, Eight, Filter, Lanes, PlaneSet, SizeThreshold, View};
 use crate::index::{Arrays, LodTree};
 
 /// Two sizes, pixels, `least` ≤ `sure`.
@@ -35,11 +34,13 @@ pub(super) struct Wanted {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sizes {
     /// Siblings to look at, in this level and the next.
-    open: [Vec<Siblings>; 2],
+    open: [Vec<Open>; 2],
     /// Objects too small to be sure and too large to be left out, ascending by number.
     pub(super) border: Vec<Sized>,
     /// The same in the order of size, as far as needed.
     pub(super) ranked: Vec<Sized>,
+    /// What the last budget came to.
+    pub(super) last: Option<Last>,
     pub(super) survey: Survey,
 }
 
@@ -50,39 +51,42 @@ pub(super) struct Sized {
     pub(super) object: u32,
 }
 
-/// The children of a node.
+/// Neighbouring nodes.
 #[derive(Debug, Clone, Copy)]
-struct Siblings {
-    first: u32,
-    end: u32,
-    /// Where their boxes begin.
-    block: u32,
-    /// Planes the parent crosses.
-    planes: PlaneSet,
+enum Open {
+    /// The children of a node.
+    Siblings {
+        first: u32,
+        end: u32,
+        /// Where their boxes begin.
+        block: u32,
+        /// Planes the parent crosses.
+        planes: PlaneSet,
+    },
+    /// Whatever they hold is drawn.
+    Whole { first: u32, end: u32 },
 }
 
-/// Adds what is sure to `selection`, which has been cleared, and lists the border. Returns a size
-/// that nothing else of the frustum exceeds, pixels.
+/// Adds what is sure to `selection`, which has been cleared, and lists the border. Returns whether
+/// anything of the frustum may be left out, all of which is smaller than `wanted.least`.
 pub(super) fn sweep(
     tree: &LodTree,
     view: &View,
     filter: &Filter,
     wanted: Wanted,
     selection: &mut Selection,
-) -> f64 {
+) -> bool {
     let mut sizes = std::mem::take(&mut selection.sizes);
     sizes.border.clear();
     let [mut open, below] = std::mem::take(&mut sizes.open);
-    let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = view.pixels();
     let threshold = |px| SizeThreshold::new(filter, view.pixels(), px);
     let mut sweep = Sweep {
         arrays: tree.arrays(),
         view,
-        scale: 2.0 * scale,
         filter,
         sure: threshold(wanted.sure),
         least: threshold(wanted.least),
-        omitted: LargestSize::new(filter, view.pixels()),
+        missed: false,
         next_object: 0,
         nodes_below: 0..0,
         below,
@@ -91,7 +95,7 @@ pub(super) fn sweep(
         selection,
     };
     open.clear();
-    open.push(Siblings {
+    open.push(Open::Siblings {
         first: 0,
         end: 1,
         block: 0,
@@ -99,49 +103,49 @@ pub(super) fn sweep(
     });
     for level in (0..tree.level_count()).rev() {
         sweep.start_level(tree.level_count() - 1 - level);
-        for siblings in &open {
-            sweep.siblings(level, siblings);
+        for &nodes in &open {
+            match nodes {
+                Open::Siblings {
+                    first,
+                    end,
+                    block,
+                    planes,
+                } => sweep.siblings(level, first..end, block, planes),
+                Open::Whole { first, end } => sweep.whole(level, first..end),
+            }
         }
         std::mem::swap(&mut open, &mut sweep.below);
     }
-    let omitted = sweep.scale * f64::from(sweep.omitted.bound());
-    let stats = sweep.stats;
+    let (missed, stats) = (sweep.missed, sweep.stats);
     sizes.open = [open, sweep.below];
     selection.sizes = sizes;
     selection.set_stats(stats);
-    omitted
+    missed
 }
-
-/// So many objects are sooner decided one by one than eight at a time.
-const FEW: u32 = 2;
 
 struct Sweep<'a> {
     arrays: Arrays<'a>,
     view: &'a View,
-    /// Pixels of a radius of 1, at a distance of 1 in a perspective.
-    scale: f64,
     filter: &'a Filter,
     sure: SizeThreshold,
     least: SizeThreshold,
-    /// Of everything left out.
-    omitted: LargestSize,
+    /// Whether something was too small.
+    missed: bool,
     /// The first object not yet met. In a sound file it only states what is so; in a damaged one
     /// it keeps the walk short.
     next_object: u32,
     /// The same for nodes of the level below.
     nodes_below: Range<u32>,
-    below: Vec<Siblings>,
+    below: Vec<Open>,
     border: &'a mut Vec<Sized>,
     stats: Stats,
     selection: &'a mut Selection,
 }
 
-/// Radii that tell what eight boxes hold, by their distances.
-struct Limits {
-    /// Up to these nothing exceeds what is known to be left out.
-    quiet: f32x8,
-    /// Below these everything is too small.
-    small: f32x8,
+/// Radii of the objects stored with eight nodes or below them.
+struct Held {
+    largest: f32x8,
+    least: f32x8,
 }
 
 impl Sweep<'_> {
@@ -153,20 +157,53 @@ impl Sweep<'_> {
         self.below.clear();
     }
 
-    fn siblings(&mut self, level: u32, siblings: &Siblings) {
-        let mut first = siblings.first;
-        let mut block = siblings.block;
-        while first < siblings.end {
-            let (Some(boxes), Some(&held)) = (
-                self.arrays.child_blocks.get(block as usize),
-                self.arrays.child_radii.get(block as usize),
+    fn siblings(&mut self, level: u32, nodes: Range<u32>, block: u32, planes: PlaneSet) {
+        let mut first = nodes.start;
+        let mut block = block as usize;
+        while first < nodes.end {
+            let (Some(boxes), Some(&held), Some(&least)) = (
+                self.arrays.child_blocks.get(block),
+                self.arrays.child_radii.get(block),
+                self.arrays.child_least_radii.get(block),
             ) else {
                 return; // only in a damaged file
             };
-            let count = (siblings.end - first).min(8);
-            self.eight(level, boxes, held.into(), first, count, siblings.planes);
+            let count = (nodes.end - first).min(8);
+            let radii = Held {
+                largest: held,
+                least,
+            };
+            self.eight(level, boxes, &radii, first, count, planes);
             first += count;
             block += 1;
+        }
+    }
+
+    /// Adds the own objects of neighbouring nodes and lists their children, all of which are drawn.
+    fn whole(&mut self, level: u32, nodes: Range<u32>) {
+        let ends = |starts: &[u32]| {
+            let start = *starts.get(nodes.start as usize)?;
+            Some((start, *starts.get(nodes.end as usize)?))
+        };
+        if let Some((start, end)) = ends(self.arrays.own)
+            && self.next_object <= start
+            && start <= end
+            && end as usize <= self.arrays.object_boxes.len()
+        {
+            self.next_object = end;
+            self.selection.push(start..end);
+        }
+        if level > 0
+            && let Some((first, end)) = ends(self.arrays.children)
+            && self.nodes_below.start <= first
+            && first <= end
+            && end <= self.nodes_below.end
+        {
+            self.nodes_below.start = end;
+            match self.below.last_mut() {
+                Some(Open::Whole { end: last, .. }) if *last == first => *last = end,
+                _ => self.below.push(Open::Whole { first, end }),
+            }
         }
     }
 
@@ -175,7 +212,7 @@ impl Sweep<'_> {
         &mut self,
         level: u32,
         boxes: &Eight,
-        held: f32x8,
+        held: &Held,
         first: u32,
         count: u32,
         planes: PlaneSet,
@@ -188,21 +225,22 @@ impl Sweep<'_> {
             return;
         }
         let distances = self.filter.distances(boxes);
-        let limits = self.limits(&distances);
-        let large = self.large_enough(held, &distances, &limits, visible);
+        let small = self.least.impossible_radii(&distances);
+        let large = self.large_enough(held.largest, small, visible);
         if large == 0 {
             return;
         }
         let deeper = match self.arrays.hidden_radii.get(first as usize..) {
             Some(radii) if level > 0 => match radii.first_chunk::<8>() {
-                Some(&hidden) => self.large_enough(hidden.into(), &distances, &limits, large),
+                Some(&hidden) => self.large_enough(hidden.into(), small, large),
                 None => 0, // only in a damaged file
             },
             _ => 0,
         };
         let farthest = self.filter.farthest(boxes);
-        let sure = self.sure.certain_radii(&farthest).to_array();
-        let quiet = limits.quiet.to_array();
+        let sure = self.sure.certain_radii(&farthest);
+        let whole = large & relations.inside & lanes::of(held.least.simd_gt(sure));
+        let (small, sure) = (small.to_array(), sure.to_array());
         let end = first as usize + count as usize;
         let (Some(own), Some(own_blocks)) = (
             self.arrays.own.get(first as usize..=end),
@@ -211,41 +249,30 @@ impl Sweep<'_> {
             return; // only in a damaged file
         };
         for lane in lanes::each(large) {
+            let node = first + lane;
+            if lanes::has(whole, lane) {
+                self.whole(level, node..node + 1);
+                continue;
+            }
             let planes = relations.open_planes(lane);
-            let of_lane = |radii: &[f32; 8]| f32x8::splat(radii[lane as usize & 7]);
             if let (Some(&[start, end, ..]), Some(&block)) =
                 (own.get(lane as usize..), own_blocks.get(lane as usize))
             {
-                self.own(start..end, block, planes, of_lane(&quiet), of_lane(&sure));
+                let of_lane = |radii: &[f32; 8]| f32x8::splat(radii[lane as usize & 7]);
+                self.own(start..end, block, planes, of_lane(&small), of_lane(&sure));
             }
             if lanes::has(deeper, lane) {
-                self.open(first + lane, planes);
+                self.open(node, planes);
             }
         }
-    }
-
-    #[inline]
-    fn limits(&self, distances: &EightDistances) -> Limits {
-        let small = self.least.impossible_radii(distances);
-        let quiet = self.omitted.quiet_radii(distances).fast_min(small);
-        Limits { quiet, small }
     }
 
     /// Those of `set` that may hold something large enough.
     #[inline]
-    fn large_enough(
-        &mut self,
-        radii: f32x8,
-        distances: &EightDistances,
-        limits: &Limits,
-        set: Lanes,
-    ) -> Lanes {
-        let set = set & !lanes::of(radii.simd_le(limits.quiet));
-        let missed = set & lanes::of(radii.simd_lt(limits.small));
-        if missed != 0 {
-            self.omitted.raise(radii, distances, missed);
-        }
-        set & !missed
+    fn large_enough(&mut self, radii: f32x8, small: f32x8, set: Lanes) -> Lanes {
+        let large = set & !lanes::of(radii.simd_lt(small));
+        self.missed |= large != set;
+        large
     }
 
     /// Lists the children of a node to be looked at.
@@ -259,7 +286,7 @@ impl Sweep<'_> {
             && end <= self.nodes_below.end
         {
             self.nodes_below.start = end;
-            self.below.push(Siblings {
+            self.below.push(Open::Siblings {
                 first,
                 end,
                 block,
@@ -268,15 +295,15 @@ impl Sweep<'_> {
         }
     }
 
-    /// Adds or lists a node's own objects: those of a radius up to `quiet` are too small and do
-    /// not raise the bound, those above `sure` are large enough.
+    /// Adds or lists a node's own objects: those of a radius below `small` are too small, those
+    /// above `sure` are large enough.
     #[inline]
     fn own(
         &mut self,
         objects: Range<u32>,
         block: u32,
         planes: PlaneSet,
-        quiet: f32x8,
+        small: f32x8,
         sure: f32x8,
     ) {
         let Range { start, end } = objects;
@@ -290,23 +317,12 @@ impl Sweep<'_> {
             let Some(&radii) = self.arrays.own_radii.get(block) else {
                 return; // only in a damaged file
             };
-            let radii = f32x8::from(radii);
-            let all = lanes::first((end - first).min(8));
-            let small = lanes::of(radii.simd_le(quiet));
-            let large = if planes == 0 {
-                all & lanes::of(radii.simd_gt(sure))
-            } else {
-                0
-            };
+            let open = self.large_enough(radii, small, lanes::first((end - first).min(8)));
             // Mostly that tells, and the boxes need not be looked at.
-            let open = all & !(small | large);
-            if open == 0 {
-                self.selection.push_runs(first, large);
-            } else if planes == 0 && open.count_ones() <= FEW {
-                let large = large | self.decide(first, open);
-                self.selection.push_runs(first, large);
-            } else {
-                self.objects(block, radii, first, all, planes);
+            if planes == 0 && open & !lanes::of(radii.simd_gt(sure)) == 0 {
+                self.selection.push_runs(first, open);
+            } else if open != 0 {
+                self.objects(block, radii, first, open, planes);
             }
             first = first.saturating_add(8);
             block += 1;
@@ -315,6 +331,7 @@ impl Sweep<'_> {
     }
 
     /// Eight objects by their own distances.
+    #[inline]
     fn objects(
         &mut self,
         block: usize,
@@ -328,36 +345,25 @@ impl Sweep<'_> {
         };
         let tested = &mut self.stats.objects_tested;
         *tested = tested.saturating_add(set.count_ones());
-        let distances = self.filter.distances(boxes);
         if planes != 0 {
             let (outside, touching) = self.filter.outside_or_touching(boxes, planes);
             set &= !outside;
             if set & !touching != 0 {
-                set = set & touching | self.not_outside(first, set & !touching);
+                set = set & touching
+                    | not_outside(self.view, self.arrays.object_boxes, first, set & !touching);
             }
         }
-        let missed = set & self.least.missed(radii, &distances);
-        if missed != 0 && self.omitted.exceeding(radii, &distances, missed) != 0 {
-            self.omitted.raise(radii, &distances, missed);
-        }
-        let large = set & !missed;
-        let mut sure = large & self.sure.reached(radii, &distances);
-        if sure != large {
-            sure |= self.decide(first, large & !sure);
+        let distances = self.filter.distances(boxes);
+        let mut sure = set & self.sure.reached(radii, &distances);
+        let rest = set ^ sure;
+        if rest != 0 {
+            let open = rest & !self.least.missed(radii, &distances);
+            self.missed |= open != rest;
+            if open != 0 {
+                sure |= self.decide(first, open);
+            }
         }
         self.selection.push_runs(first, sure);
-    }
-
-    /// Which of eight objects are not outside, decided in f64.
-    #[cold]
-    fn not_outside(&self, first: u32, set: Lanes) -> Lanes {
-        let seen = |&lane: &u32| {
-            exact(self.arrays.object_boxes, first + lane)
-                .is_some_and(|exact| !self.view.frustum().is_outside(&exact))
-        };
-        lanes::each(set)
-            .filter(seen)
-            .fold(0, |set, lane| set | 1 << lane)
     }
 
     /// Which of eight objects are sure, decided in f64; lists those of the border.
@@ -366,7 +372,7 @@ impl Sweep<'_> {
         let mut sure = 0;
         for lane in lanes::each(set) {
             let object = first + lane;
-            let Some(exact) = exact(self.arrays.object_boxes, object) else {
+            let Some(exact) = Aabb::nth(self.arrays.object_boxes, object) else {
                 continue; // only in a damaged file
             };
             let size = self.view.size_px(&exact);
@@ -375,7 +381,7 @@ impl Sweep<'_> {
             } else if size >= self.least.px {
                 self.border.push(Sized { size, object });
             } else {
-                self.omitted.raise_to(size / self.scale);
+                self.missed = true;
             }
         }
         sure

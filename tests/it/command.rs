@@ -2,12 +2,13 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
 use std::process::Stdio;
 
-use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
+use citylod::geom::DVec3;
 use citylod::index::LodTree;
 use citylod::lod::{Beyond, BudgetLod, ErrorLod, Lod, RangeLod, Selection, select};
 use serde_json::Value;
 
 use crate::desk::Desk;
+use crate::support::look;
 use crate::written::fixture;
 
 fn keys(value: &Value) -> Vec<&str> {
@@ -287,21 +288,9 @@ fn info_states_what_the_library_holds() {
 
 fn library_ids(path: &Path, lod: &Lod) -> (Vec<String>, f64) {
     let tree = LodTree::open(path).unwrap();
-    let view = View::new(
-        DVec3::new(-350.5, -200.0, 80.0),
-        Orientation::LookAt {
-            target: DVec3::ZERO,
-            up: DVec3::Z,
-        },
-        Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
-        [1920, 1080],
-    );
+    let view = look(DVec3::new(-350.5, -200.0, 80.0), DVec3::ZERO);
     let mut selection = Selection::default();
-    select(&tree, &view.unwrap(), lod, &mut selection);
+    select(&tree, &view, lod, &mut selection);
     let ids = selection
         .objects()
         .map(|o| tree.id(o).unwrap().into_owned());

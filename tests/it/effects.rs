@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use citylod::frame::{Active, Culling, Frame};
-use citylod::geom::{DVec3, DepthRange, Orientation, Projection, SeparatingAxes, View};
+use citylod::geom::{DVec3, SeparatingAxes, View};
 use citylod::index::{self, LodTree, Promotion};
 use citylod::lod::{BudgetLod, ErrorLod, Lod, RangeLod, Selection, select};
 use citylod::scene::{CityParams, Effects, Haze, Motion, Occlusion, Scene, SceneObject, generate};
@@ -9,7 +9,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use crate::retrieval::{self, Made};
-use crate::support::{self, Camera, object};
+use crate::support::{self, Camera, look, object};
 use crate::written;
 
 fn frame(tree: &LodTree, view: &View, lod: &Lod, active: &Active) -> Frame {
@@ -26,23 +26,6 @@ fn selected(tree: &LodTree, view: &View, lod: &Lod) -> Vec<u32> {
     let mut selection = Selection::default();
     select(tree, view, lod, &mut selection);
     selection.objects().collect()
-}
-
-fn look(eye: DVec3, target: DVec3) -> View {
-    View::new(
-        eye,
-        Orientation::LookAt {
-            target,
-            up: DVec3::Z,
-        },
-        Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
-        [1920, 1080],
-    )
-    .unwrap()
 }
 
 fn built(objects: Vec<SceneObject>) -> LodTree {

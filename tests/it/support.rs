@@ -19,6 +19,24 @@ pub fn object(id: impl Into<String>, min: DVec3, size: DVec3) -> SceneObject {
     }
 }
 
+/// A view of 60 degrees and 1920 × 1080 pixels without far plane.
+pub fn look(eye: DVec3, target: DVec3) -> View {
+    View::new(
+        eye,
+        Orientation::LookAt {
+            target,
+            up: DVec3::Z,
+        },
+        Projection::Perspective { fov_y_deg: 60.0 },
+        DepthRange {
+            near: 0.1,
+            far: None,
+        },
+        [1920, 1080],
+    )
+    .unwrap()
+}
+
 pub fn between(rng: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
     low + (high - low) * rng.random::<f64>()
 }

@@ -1,6 +1,7 @@
 //! What a retrieval without a tree costs: every box, eight at a time.
 
 use rayon::prelude::*;
+use wide::f32x8;
 
 use crate::geom::{ALL_LANES, Aabb, Eight, Filter, Lanes, SizeThreshold, View};
 use crate::index::LodTree;
@@ -15,7 +16,7 @@ struct Block {
     /// Relative to the tree's origin, rounded outward.
     boxes: Eight,
     /// Rounded up.
-    radii: [f32; 8],
+    radii: f32x8,
 }
 
 impl Scan {
@@ -23,15 +24,15 @@ impl Scan {
     pub(super) fn new(tree: &LodTree, numbers: Vec<u32>) -> Self {
         let block = |objects: &[u32]| {
             let mut block = Block {
-                boxes: [[0.0; 8]; 6],
-                radii: [0.0; 8],
+                boxes: [f32x8::ZERO; 6],
+                radii: f32x8::ZERO,
             };
             for (lane, &object) in objects.iter().enumerate() {
                 let corners = tree.relative_box(object).unwrap_or_default();
                 for (row, corner) in block.boxes.iter_mut().zip(corners) {
-                    row[lane] = corner;
+                    row.as_mut_array()[lane] = corner;
                 }
-                block.radii[lane] = (bounds(tree, object).radius() as f32).next_up();
+                block.radii.as_mut_array()[lane] = (bounds(tree, object).radius() as f32).next_up();
             }
             block
         };
@@ -50,7 +51,7 @@ impl Scan {
         let planes = filter.all_planes();
         for (block, numbers) in self.blocks.iter().zip(self.numbers.chunks(8)) {
             let distances = filter.distances(&block.boxes);
-            let missed = threshold.missed(block.radii.into(), &distances);
+            let missed = threshold.missed(block.radii, &distances);
             if missed == ALL_LANES {
                 continue;
             }
@@ -59,7 +60,7 @@ impl Scan {
             if open == 0 {
                 continue;
             }
-            let sure = touching & threshold.reached(block.radii.into(), &distances);
+            let sure = touching & threshold.reached(block.radii, &distances);
             take(numbers, open, sure, found, |object| {
                 let bounds = bounds(tree, object);
                 view.size_px(&bounds) >= px && !view.frustum().is_outside(&bounds)

@@ -1,5 +1,7 @@
 //! Production code against the oracle, for the boxes of one tree in one view.
 
+use wide::f32x8;
+
 use std::cmp::Ordering;
 use std::ops::Range;
 
@@ -128,7 +130,7 @@ impl Examination<'_> {
                     || bit(touching) && !kept
                     || kept == self.view.frustum().is_outside(&b);
                 tally.mismatches += u64::from(contradicts);
-                let alone = block.map(|values| [values[lane]; 8]);
+                let alone = block.map(|values| f32x8::splat(values.as_array()[lane]));
                 let again = self.filter.relations(&alone, self.planes);
                 let differs = [
                     (again.outside, relations.outside),

@@ -1,6 +1,8 @@
-use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
+use citylod::geom::{DVec3, View};
 use citylod::lod::{BudgetLod, ErrorLod, Lod, Selection, select};
 use serde_json::{Value, json};
+
+use crate::support::look;
 
 use super::server::{ODD_IDS, Reply, Running, demo};
 
@@ -9,20 +11,7 @@ const CAMERA_QUERY: &str = "/collections/demo/visible?eye=0,-800,300&target=0,0,
 
 /// What `CAMERA` sees.
 fn view() -> View {
-    let view = View::new(
-        DVec3::new(0.0, -800.0, 300.0),
-        Orientation::LookAt {
-            target: DVec3::ZERO,
-            up: DVec3::Z,
-        },
-        Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
-        [1920, 1080],
-    );
-    view.unwrap()
+    look(DVec3::new(0.0, -800.0, 300.0), DVec3::ZERO)
 }
 
 /// What the library says to `CAMERA`.

@@ -1,10 +1,11 @@
-use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
+use citylod::geom::DVec3;
 use citylod::index::{self, LodTree, Promotion};
 use citylod::scene::{CityParams, Effects, generate};
 use citylod::service::{Config, Scenes};
 use serde_json::{Value, json};
 
 use super::server::{Reply, Running};
+use crate::support::look;
 
 const DECLARED: &str = r#"{"motion":{"reference_speed_mps":2},"haze":{"visibility_m":700},
     "occlusion":{"width_px":256}}"#;
@@ -129,21 +130,8 @@ fn pixels_are_those_of_the_listed_objects() {
     assert!(pixels.iter().all(|&p| p >= 3));
     // Of an object that nothing hides, as many as its outline has.
     let tree = city(DECLARED);
-    let view = View::new(
-        DVec3::new(0.0, -800.0, 60.0),
-        Orientation::LookAt {
-            target: DVec3::ZERO,
-            up: DVec3::Z,
-        },
-        Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
-        [1920, 1080],
-    );
+    let view = look(DVec3::new(0.0, -800.0, 60.0), DVec3::ZERO);
     let scale = 128.0 / 1920.0;
-    let view = view.unwrap();
     for (id, pixels) in ids(&reply).iter().zip(&pixels) {
         let bounds = tree.bounds_of(tree.find(id).unwrap()).unwrap();
         // A disc about the box covers it; pixels that it cuts may count.
