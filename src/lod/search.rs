@@ -29,6 +29,9 @@ pub(super) struct Search {
     width: f64,
 }
 
+/// The least ratio looked at to either side in a second attempt; each further one takes the square
+/// of what it would be, so that there are but a few.
+const CLOSEST: f64 = 1.01;
 /// A number that is off by a factor f tells a size that strays by f to this power.
 const STRAY: f64 = 0.12;
 /// How far to look from a size already known, where the guess lies beyond it.
@@ -96,7 +99,8 @@ impl Search {
         let rank = f64::from(self.rank.max(1));
         let factor = rank / f64::from(known.count.max(1));
         let off = factor.max(1.0 / factor);
-        self.width = off.powf(STRAY) + 4.0 / rank;
+        let unlucky = f64::from(1 << self.attempts.min(PATIENCE));
+        self.width = (off.powf(STRAY).max(CLOSEST) + 2.0 / rank).powf(unlucky / 2.0);
         let px = known.px.min(LARGEST) * factor.powf(-1.0 / slope);
         let least = self.many.map_or(0.0, |many| many.px);
         self.next = px.max(least).min(self.few[1].px);

@@ -68,6 +68,19 @@ impl Scan {
         }
     }
 
+    /// The same answer one object after another in f64, as one would write it down.
+    pub(super) fn plain(tree: &LodTree, view: &View, px: f64, found: &mut Vec<u32>) {
+        found.clear();
+        for (object, corners) in (0..).zip(tree.arrays().object_boxes) {
+            if let Ok(bounds) = Aabb::from_array(*corners)
+                && view.size_px(&bounds) >= px
+                && !view.frustum().is_outside(&bounds)
+            {
+                found.push(object);
+            }
+        }
+    }
+
     /// Those of the first `count` objects that are in the frustum.
     pub(super) fn in_view(&self, tree: &LodTree, view: &View, count: usize, found: &mut Vec<u32>) {
         found.clear();

@@ -20,12 +20,20 @@ pub(super) struct Speed {
     pub(super) count: usize,
     pub(super) views: usize,
     pub(super) error_us: f64,
+    /// A frame after another, the camera moving.
     pub(super) budget_us: f64,
+    /// The first frame of all.
+    pub(super) first_budget_us: f64,
+    /// Every object, eight at a time in f32, from tables made for it.
     pub(super) linear_us: f64,
+    /// Every object, one at a time in f64, from their boxes.
+    pub(super) plain_us: f64,
+    pub(super) plain_over_error: f64,
     pub(super) linear_over_error: f64,
     /// In the view where it is lowest.
     pub(super) lowest_linear_over_error: f64,
     pub(super) budget_over_error: f64,
+    pub(super) first_budget_over_error: f64,
     /// In the view where it is highest.
     pub(super) highest_budget_over_error: f64,
 }
@@ -34,7 +42,7 @@ pub(super) struct Speed {
 pub(super) fn measure(tree: &LodTree, scan: &Scan) -> Result<Vec<Speed>, ReportError> {
     let mut found = Vec::new();
     let mut selection = Selection::default();
-    let mut times: Vec<(usize, [f64; 3])> = Vec::new();
+    let mut times: Vec<(usize, [f64; 5])> = Vec::new();
     for viewpoint in viewpoints(tree)? {
         let view = &viewpoint.view;
         let ranked = ranked(tree, view);
@@ -50,24 +58,39 @@ pub(super) fn measure(tree: &LodTree, scan: &Scan) -> Result<Vec<Speed>, ReportE
             });
             // Where sizes tie there are more of them.
             let budget = Lod::Budget(BudgetLod::new(selection.count()));
-            let budget_us = median_us(SAMPLES, || select(tree, view, &budget, &mut selection));
+            let two_us = median_us(SAMPLES, || {
+                select(tree, &viewpoint.next, &budget, &mut selection);
+                select(tree, view, &budget, &mut selection);
+            });
+            let first_us = median_us(SAMPLES, || {
+                selection = Selection::default();
+                select(tree, view, &budget, &mut selection);
+            });
             let linear_us = median_us(SAMPLES, || scan.large(tree, view, px, &mut found));
-            times.push((count, [error_us, budget_us, linear_us]));
+            let plain_us = median_us(SAMPLES, || Scan::plain(tree, view, px, &mut found));
+            times.push((
+                count,
+                [error_us, two_us / 2.0, first_us, linear_us, plain_us],
+            ));
         }
     }
     let rows = COUNTS.into_iter().filter_map(|count| {
         let of_count = times.iter().filter(|time| time.0 == count);
-        let times: Vec<[f64; 3]> = of_count.map(|time| time.1).collect();
-        let middle = |of: fn(&[f64; 3]) -> f64| median(times.iter().map(of).collect());
-        let linear: Vec<f64> = times.iter().map(|[e, _, l]| l / e).collect();
-        let budget: Vec<f64> = times.iter().map(|[e, b, _]| b / e).collect();
+        let times: Vec<[f64; 5]> = of_count.map(|time| time.1).collect();
+        let middle = |of: fn(&[f64; 5]) -> f64| median(times.iter().map(of).collect());
+        let over_error = |at: usize| -> Vec<f64> { times.iter().map(|t| t[at] / t[0]).collect() };
+        let (budget, linear) = (over_error(1), over_error(3));
         (!times.is_empty()).then(|| Speed {
             objects: tree.object_count(),
             count,
             views: times.len(),
             error_us: middle(|t| t[0]),
             budget_us: middle(|t| t[1]),
-            linear_us: middle(|t| t[2]),
+            first_budget_us: middle(|t| t[2]),
+            linear_us: middle(|t| t[3]),
+            plain_us: middle(|t| t[4]),
+            plain_over_error: median(over_error(4)),
+            first_budget_over_error: median(over_error(2)),
             lowest_linear_over_error: linear.iter().copied().fold(f64::INFINITY, f64::min),
             linear_over_error: median(linear),
             highest_budget_over_error: budget.iter().copied().fold(0.0, f64::max),

@@ -11,7 +11,12 @@ pub(super) const VIEWPORT: [u32; 2] = [1280, 720];
 pub(super) struct Viewpoint {
     pub(super) name: &'static str,
     pub(super) view: View,
+    /// What is seen a frame later, [`FRAME_M`] to the side.
+    pub(super) next: View,
 }
+
+/// How far a camera moves from frame to frame, m: 30 m/s at 60 frames a second.
+const FRAME_M: f64 = 0.5;
 
 /// Height of eyes above the street, m.
 const EYE_LEVEL_M: f64 = 1.7;
@@ -80,8 +85,12 @@ fn viewpoint(
         near: 0.1,
         far: None,
     };
-    let view = View::new(eye, orientation, projection, depth, VIEWPORT)?;
-    Ok(Viewpoint { name, view })
+    let from = |eye| View::new(eye, orientation, projection, depth, VIEWPORT);
+    Ok(Viewpoint {
+        name,
+        view: from(eye)?,
+        next: from(eye + DVec3::X * FRAME_M)?,
+    })
 }
 
 /// Lowest point of the object nearest to a place on the map.
