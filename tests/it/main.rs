@@ -11,6 +11,8 @@
 mod command;
 /// A folder to run the command in, and what a run came to.
 mod desk;
+/// What one answer has that another has not, against sets.
+mod difference;
 /// A city that is edited keeps its laws and gives the same answers.
 mod edit;
 /// Motion, haze and occlusion: declared, switched off, and what they leave.

@@ -14,3 +14,7 @@ mod malformed;
 mod schemathesis;
 /// A server to talk to, and a small client.
 mod server;
+/// Streams: sets that grow and shrink with the camera, limits, ends, replaced scenes.
+mod stream;
+/// A client of streams, and the full answers to hold it against.
+mod stream_client;
