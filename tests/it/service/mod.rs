@@ -10,6 +10,8 @@ mod effects;
 mod limits;
 /// What malformed requests get, and where the document says the fault is.
 mod malformed;
+/// What `/metrics` counts, and the names of requests.
+mod metrics;
 /// Property tests of the description against the service, by schemathesis.
 mod schemathesis;
 /// A server to talk to, and a small client.

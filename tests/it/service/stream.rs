@@ -597,3 +597,28 @@ fn streams_are_told_when_the_service_stops() {
         Err(tungstenite::Error::ConnectionClosed | tungstenite::Error::AlreadyClosed)
     ));
 }
+
+#[test]
+fn a_smooth_flight_takes_less_than_a_tenth_of_the_bytes_of_full_answers() {
+    let service = Running::new();
+    let mut client = Client::open(&service, "demo");
+    let (mut streamed, mut full) = (0, [0_usize; 3]);
+    for frame in 0..600 {
+        // 15 m/s at 60 frames a second, around the centre and looking at it.
+        let angle = f64::from(frame) * 0.25 / 500.0;
+        let eye = [-500.0 * angle.sin(), -500.0 * angle.cos(), 120.0];
+        let mut request = json!({"camera": camera(eye, [0.0, 0.0, 20.0])});
+        client.ask(&request);
+        streamed += client.last_length();
+        if frame % 20 == 0 {
+            for (bytes, form) in full.iter_mut().zip(["ids", "ranges"]) {
+                request["output"] = json!({"form": form});
+                *bytes += 20 * service.visible("demo", &request.to_string()).body.len();
+            }
+        }
+        full[2] += 4 * client.held().len();
+    }
+    let percent = full.map(|bytes| 100.0 * streamed as f64 / bytes as f64);
+    println!("{streamed} bytes: {percent:.1?} % of ids, ranges, binary numbers");
+    assert!(percent[0] < 10.0, "{percent:?} % of answers with ids");
+}

@@ -19,6 +19,7 @@ pub struct Client {
     held: BTreeSet<u32>,
     revision: Value,
     seq: u64,
+    last_length: usize,
 }
 
 impl Client {
@@ -33,6 +34,7 @@ impl Client {
             held: BTreeSet::new(),
             revision: Value::Null,
             seq: 0,
+            last_length: 0,
         })
     }
 
@@ -66,6 +68,11 @@ impl Client {
         self.seq
     }
 
+    /// Length of the last answer, bytes.
+    pub fn last_length(&self) -> usize {
+        self.last_length
+    }
+
     /// Sends a message, numbered, and waits for its answer.
     pub fn ask(&mut self, message: &Value) -> Value {
         self.send(message);
@@ -90,6 +97,7 @@ impl Client {
         loop {
             match self.socket.read().unwrap() {
                 Message::Text(text) => {
+                    self.last_length = text.len();
                     let answer: Value = serde_json::from_str(&text).unwrap();
                     if answer["problem"].is_null() {
                         self.carry_out(&answer);
