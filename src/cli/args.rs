@@ -203,13 +203,13 @@ pub(super) struct ServeArgs {
     /// Most connections, without streams; more wait
     #[arg(long, default_value_t = 4096, value_parser = at_least_one)]
     pub max_connections: usize,
-    /// Most streams (WebSockets); more are answered 503
+    /// Most streams; more are answered 503
     #[arg(long, default_value_t = 2048, value_parser = at_least_one)]
     pub max_streams: usize,
     /// Longest time a stream may go without a message before it is closed
     #[arg(long, default_value_t = 300_000, value_parser = clap::value_parser!(u64).range(1..))]
     pub stream_idle_ms: u64,
-    /// How the log is written to standard error; RUST_LOG says how much [default: info]
+    /// How the log is written to standard error; the variable `RUST_LOG` says how much
     #[arg(long, default_value = "text")]
     pub log_format: LogFormatArg,
 }

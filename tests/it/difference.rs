@@ -59,13 +59,13 @@ fn the_ends_of_the_numbers_are_no_special_case() {
     let last = u32::MAX;
     let whole = 0..last;
     difference(std::slice::from_ref(&whole), &[], &mut out);
-    assert_eq!(out, [0..last]);
+    assert_eq!(out, std::slice::from_ref(&whole));
     difference(
         std::slice::from_ref(&whole),
         &[0..1, last - 1..last],
         &mut out,
     );
-    assert_eq!(out, [1..last - 1]);
+    assert_eq!((out.len(), out[0].clone()), (1, 1..last - 1));
     difference(&[], std::slice::from_ref(&whole), &mut out);
-    assert_eq!(out, [0..0; 0]);
+    assert!(out.is_empty());
 }

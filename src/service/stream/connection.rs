@@ -48,7 +48,7 @@ pub async fn serve(upgraded: Upgraded, shared: &Shared, city: Arc<City>) {
     metrics.ended[end as usize].add(1);
     match end {
         End::Left | End::Broken | End::Stopping => {
-            tracing::debug!(end = end.label(), "stream ends")
+            tracing::debug!(end = end.label(), "stream ends");
         }
         _ => tracing::info!(end = end.label(), "stream ends"),
     }

@@ -23,6 +23,9 @@ fn over_the_city() -> Value {
     json!({"camera": camera([0.0, -800.0, 300.0], [0.0, 0.0, 0.0])})
 }
 
+/// Something that is done to a connection.
+type Step = fn(&mut WebSocket<TcpStream>);
+
 /// A flight about the demo city: it wanders, looks about, changes knobs and modes now and then.
 struct Flight {
     rng: Pcg64Mcg,
@@ -383,7 +386,6 @@ fn frames_that_no_client_should_send_end_the_stream_with_the_reason() {
         ..Config::default()
     };
     let service = Running::with(config, |app| app);
-    type Step = fn(&mut WebSocket<TcpStream>);
     let cases: [(&str, Step, CloseCode); 8] = [
         (
             "a long message",
@@ -419,7 +421,7 @@ fn frames_that_no_client_should_send_end_the_stream_with_the_reason() {
             |s| {
                 s.get_mut()
                     .write_all(&[0x81, 0x82, 0, 0, 0, 0, 0xc3, 0x28])
-                    .unwrap()
+                    .unwrap();
             },
             CloseCode::Invalid,
         ),
@@ -433,7 +435,7 @@ fn frames_that_no_client_should_send_end_the_stream_with_the_reason() {
             |s| {
                 s.get_mut()
                     .write_all(&[0xf1, 0x82, 0, 0, 0, 0, b'{', b'}'])
-                    .unwrap()
+                    .unwrap();
             },
             CloseCode::Protocol,
         ),
@@ -442,7 +444,7 @@ fn frames_that_no_client_should_send_end_the_stream_with_the_reason() {
             |s| {
                 s.get_mut()
                     .write_all(b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n")
-                    .unwrap()
+                    .unwrap();
             },
             CloseCode::Protocol,
         ),
