@@ -123,6 +123,7 @@ impl Server {
             let open = shared.metrics().connections.enter();
             let mut connection = pin!(connection);
             let ended = tokio::select! {
+                biased;
                 ended = connection.as_mut() => ended,
                 () = shared.closed() => {
                     connection.as_mut().graceful_shutdown();
