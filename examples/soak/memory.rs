@@ -26,8 +26,8 @@ impl Memory {
         Ok(())
     }
 
-    /// How much the last quarter holds above the first, of which the first tenth of all time, while
-    /// things get going, does not count; medians.
+    /// How much more the last quarter holds than the first; medians. The time in which things get
+    /// going does not count.
     pub fn growth_percent(&self) -> f64 {
         let (early, late) = quarters(&self.resident);
         100.0 * (late / early - 1.0)
@@ -61,8 +61,11 @@ impl Memory {
     }
 }
 
+/// Seconds in which threads, buffers and pages come to be; at most a third of all.
+const WARM_UP: usize = 60;
+
 fn quarters(series: &[f64]) -> (f64, f64) {
-    let counted = &series[series.len() / 10..];
+    let counted = &series[WARM_UP.min(series.len() / 3)..];
     let quarter = (counted.len() / 4).max(1).min(counted.len());
     (
         median(&counted[..quarter]),

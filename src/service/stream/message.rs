@@ -1,10 +1,12 @@
-//! What the client says: members of a request, each of which holds until it is said anew.
+//! What the client says: members of a request, each of which holds until it is said anew, and how
+//! the last frame went.
 
 use serde::{Deserialize, Deserializer};
 
 use super::super::json::{self, Whole, object};
 use super::super::problem::Problem;
 use super::super::visible::request::{Camera, Effects, Lod};
+use super::feedback::Feedback;
 
 /// One message.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -21,6 +23,9 @@ pub struct Message {
     /// What is asked of the effects.
     #[serde(default, deserialize_with = "json::given")]
     pub effects: Option<Effects>,
+    /// Of the last frame; holds for this message alone.
+    #[serde(default, deserialize_with = "given_object")]
+    pub feedback: Option<Feedback>,
 }
 
 fn given_object<'de, D: Deserializer<'de>, T: Deserialize<'de>>(

@@ -7,6 +7,7 @@
 
 mod connection;
 mod end;
+mod feedback;
 mod message;
 mod places;
 mod session;

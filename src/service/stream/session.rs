@@ -1,5 +1,6 @@
 //! What a stream knows: what the client said last, and which objects it holds.
 
+use std::mem;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,7 +12,9 @@ use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
 use super::super::visible::request::{Form, Output, Request};
 use super::super::visible::{Naming, Resolved, Tail, size_of_ranges, with_frame};
+use super::feedback::steered;
 use super::message::{self, Message};
+use crate::control::State;
 use crate::frame::Frame;
 use crate::lod::difference;
 
@@ -19,8 +22,8 @@ use crate::lod::difference;
 #[derive(Debug)]
 pub struct Session {
     city: Arc<City>,
-    /// All that holds now; `None` before the first message that was not refused.
-    said: Option<Request>,
+    /// All that holds now.
+    standing: Standing,
     /// `seq` of the last message that was not refused.
     seq: u32,
     /// What waits to be answered: of messages, only the newest.
@@ -34,12 +37,23 @@ pub struct Session {
     remove: Vec<Range<u32>>,
 }
 
+/// What the messages so far came to.
+#[derive(Debug, Clone, Default)]
+struct Standing {
+    /// `None` before the first message that was not refused.
+    said: Option<Request>,
+    /// The controller, once there was feedback.
+    control: Option<State>,
+    /// The `far_dist` that it chose for the last message, m, if that brought feedback.
+    far_dist: Option<f64>,
+}
+
 #[derive(Debug)]
 struct Due {
     asked: Resolved,
     arrived: Instant,
     /// What held before, should this be refused after all.
-    before: Option<Request>,
+    before: Standing,
 }
 
 /// A message that changes nothing.
@@ -60,6 +74,13 @@ struct Answer<'a> {
     remove: &'a [Range<u32>],
     #[serde(flatten)]
     tail: Tail<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    feedback: Option<Chosen>,
+}
+
+#[derive(Serialize)]
+struct Chosen {
+    far_dist_m: f64,
 }
 
 fn pairs<S: Serializer>(ranges: &[Range<u32>], to: S) -> Result<S::Ok, S::Error> {
@@ -71,7 +92,7 @@ impl Session {
     pub fn new(city: Arc<City>) -> Self {
         Self {
             city,
-            said: None,
+            standing: Standing::default(),
             seq: 0,
             due: None,
             refusal: None,
@@ -103,7 +124,7 @@ impl Session {
 
     /// Puts what the message says over what was said before.
     fn understand(&mut self, message: Message) -> Result<Due, Problem> {
-        let said = match (&self.said, message.camera) {
+        let said = match (&self.standing.said, message.camera) {
             (None, None) => {
                 let detail = "missing: the first message tells where it is seen from";
                 return Err(Problem::new(Kind::InvalidRequest, detail).at("/camera"));
@@ -121,12 +142,23 @@ impl Session {
                 output: before.output.clone(),
             },
         };
-        let asked = self.resolve(&said)?;
+        let mut asked = self.resolve(&said)?;
+        let mut standing = Standing {
+            said: Some(said),
+            control: self.standing.control,
+            far_dist: None,
+        };
+        if let Some(feedback) = message.feedback {
+            let (state, far_dist) = feedback.steer(&asked.lod, standing.control)?;
+            asked.lod = steered(&asked.lod, far_dist);
+            standing.control = Some(state);
+            standing.far_dist = Some(far_dist);
+        }
         self.seq = message.seq.0;
         Ok(Due {
             asked,
             arrived: Instant::now(),
-            before: self.said.replace(said),
+            before: mem::replace(&mut self.standing, standing),
         })
     }
 
@@ -143,16 +175,19 @@ impl Session {
         }
         self.city = city;
         self.held.clear();
-        let Some(said) = self.said.clone() else {
+        let Some(said) = &self.standing.said else {
             return;
         };
         self.due = None;
-        match self.resolve(&said) {
-            Ok(asked) => {
+        match self.resolve(said) {
+            Ok(mut asked) => {
+                if let Some(far_dist) = self.standing.far_dist {
+                    asked.lod = steered(&asked.lod, far_dist);
+                }
                 self.due = Some(Due {
                     asked,
                     arrived: Instant::now(),
-                    before: Some(said),
+                    before: self.standing.clone(),
                 });
             }
             Err(problem) => {
@@ -179,7 +214,7 @@ impl Session {
             }
             Err(problem) => {
                 metrics.refused.add(1);
-                self.said = due.before;
+                self.standing = due.before;
                 let seq = Some(self.seq);
                 serde_json::to_string(&Refusal { seq, problem }).ok()
             }
@@ -209,6 +244,10 @@ impl Session {
             add: &self.add,
             remove: &self.remove,
             tail: Tail::of(frame, false),
+            feedback: self
+                .standing
+                .far_dist
+                .map(|far_dist_m| Chosen { far_dist_m }),
         };
         serde_json::to_string(&answer).map_err(|error| {
             // Numbers and strings into memory: there is nothing to fail.

@@ -624,3 +624,105 @@ fn a_smooth_flight_takes_less_than_a_tenth_of_the_bytes_of_full_answers() {
     println!("{streamed} bytes: {percent:.1?} % of ids, ranges, binary numbers");
     assert!(percent[0] < 10.0, "{percent:?} % of answers with ids");
 }
+
+#[test]
+fn feedback_draws_with_the_far_dist_of_the_controller_which_remembers() {
+    use citylod::control::{Params, Sample, State, step};
+    let service = Running::new();
+    let tree = demo();
+    let mut full = Full::new(&tree);
+    let mut client = Client::open(&service, "demo");
+    let mut request = over_the_city();
+    request["lod"] = json!({"far_dist_m": 300});
+    let mut first = request.clone();
+    first["feedback"] = json!({"target_ms": 10});
+    let [least, most] = Params::USUAL_FAR_DIST_M;
+    let params = Params::new(10.0, least, most).unwrap();
+    let mut state = State::starting_at(300.0);
+    let mut answer = client.ask(&first);
+    let mut chosen = Vec::new();
+    for frame in 0..60 {
+        // Without a sample it only says where it stands.
+        let sample = (frame > 0).then(|| {
+            let far_dist_m = chosen[frame - 1];
+            let frame_ms = 2.0 + f64::powi(far_dist_m / 250.0, 2);
+            Sample {
+                frame_ms,
+                far_dist_m,
+            }
+        });
+        if let Some(Sample {
+            frame_ms,
+            far_dist_m,
+        }) = sample
+        {
+            answer = client.ask(&json!({"feedback":
+                {"target_ms": 10, "frame_ms": frame_ms, "far_dist_m": far_dist_m}}));
+        }
+        let (next, far_dist) = step(&params, state, sample);
+        state = next;
+        assert_eq!(
+            answer["feedback"]["far_dist_m"].as_f64(),
+            Some(far_dist),
+            "{frame}"
+        );
+        assert_eq!(answer["lod"]["far_dist_m"].as_f64(), Some(far_dist));
+        request["lod"]["far_dist_m"] = far_dist.into();
+        assert_eq!(client.held(), full.objects(&request));
+        chosen.push(far_dist);
+    }
+    let last = chosen[59];
+    assert!(
+        (last - 250.0 * 8_f64.sqrt()).abs() < 0.1 * last,
+        "{chosen:?}"
+    );
+    // Without feedback the knobs hold as they were given; after that it goes on where it was.
+    request["lod"]["far_dist_m"] = json!(300);
+    let answer = client.ask(&json!({}));
+    assert!(answer.get("feedback").is_none(), "{answer}");
+    assert_eq!(client.held(), full.objects(&request));
+    let answer = client.ask(&json!({"feedback": {"target_ms": 10}}));
+    assert_eq!(answer["feedback"]["far_dist_m"], last);
+    for (feedback, lod, status, pointer) in [
+        (
+            json!({"target_ms": 0}),
+            json!({}),
+            422,
+            "/feedback/target_ms",
+        ),
+        (json!({}), json!({}), 400, "/feedback/target_ms"),
+        (
+            json!({"target_ms": 9, "frame_ms": 7}),
+            json!({}),
+            422,
+            "/feedback/far_dist_m",
+        ),
+        (
+            json!({"target_ms": 9, "far_dist_m": 7}),
+            json!({}),
+            422,
+            "/feedback/frame_ms",
+        ),
+        (
+            json!({"target_ms": 9, "state": null}),
+            json!({}),
+            400,
+            "/feedback/state",
+        ),
+        (
+            json!({"target_ms": 9}),
+            json!({"mode": "budget", "max_objects": 9}),
+            422,
+            "/feedback/target_ms",
+        ),
+    ] {
+        let answer = client.ask(&json!({"feedback": feedback, "lod": lod}));
+        assert_eq!(answer["problem"]["status"], status, "{feedback} {answer}");
+        assert_eq!(answer["problem"]["pointer"], pointer, "{feedback} {answer}");
+    }
+    let answer = client.ask(&json!({"feedback": {"target_ms": 10}}));
+    assert_eq!(
+        answer["feedback"]["far_dist_m"], last,
+        "refused messages changed nothing"
+    );
+}
