@@ -1,6 +1,7 @@
 use std::io::IsTerminal;
 
 use anyhow::{Context, Result};
+use indicatif::ProgressBar;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
@@ -28,13 +29,13 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         stream_idle: std::time::Duration::from_millis(args.stream_idle_ms),
         ..Config::default()
     };
-    let scenes = scenes(args)?;
+    let scenes = scenes(args, &progress::spinner())?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .context("cannot start the service")?;
     let args = args.clone();
-    let reread = move || self::scenes(&args).map_err(Into::into);
+    let reread = move || self::scenes(&args, &ProgressBar::hidden()).map_err(Into::into);
     runtime.block_on(serve(config, scenes, reread, |text| eprint!("{text}")))?;
     Ok(())
 }
@@ -61,8 +62,8 @@ fn log(format: LogFormatArg) -> WorkerGuard {
     guard
 }
 
-fn scenes(args: &ServeArgs) -> Result<Scenes> {
-    let spinner = progress::spinner();
+/// The cities; `spinner` shows what is being done.
+fn scenes(args: &ServeArgs, spinner: &ProgressBar) -> Result<Scenes> {
     let mut scenes = Scenes::new();
     for file in &args.files {
         spinner.set_message(format!("opening {}", file.display()));

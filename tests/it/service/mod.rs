@@ -16,7 +16,11 @@ mod metrics;
 mod schemathesis;
 /// A server to talk to, and a small client.
 mod server;
-/// Streams: sets that grow and shrink with the camera, limits, ends, replaced scenes.
+/// Streams: sets that grow and shrink with the camera, what holds and what is refused.
 mod stream;
 /// A client of streams, and the full answers to hold it against.
 mod stream_client;
+/// Why streams end, what the client is told, and that the service stays up.
+mod stream_ends;
+/// Streams whose scene is replaced.
+mod stream_scenes;

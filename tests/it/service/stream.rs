@@ -1,30 +1,13 @@
 use std::collections::BTreeSet;
-use std::io::{Read, Write};
-use std::net::TcpStream;
-use std::time::{Duration, Instant};
 
-use citylod::index::LodTree;
 use citylod::service::{Config, Scenes};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use serde_json::{Value, json};
-use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
-use tokio_tungstenite::tungstenite::{self, Message, WebSocket};
 
 use super::server::{Running, demo};
-use super::stream_client::{Client, Full};
+use super::stream_client::{Client, Full, camera, over_the_city, scenes};
 use crate::support::{between, rng};
-
-fn camera(eye: [f64; 3], target: [f64; 3]) -> Value {
-    json!({"eye": eye, "target": target})
-}
-
-fn over_the_city() -> Value {
-    json!({"camera": camera([0.0, -800.0, 300.0], [0.0, 0.0, 0.0])})
-}
-
-/// Something that is done to a connection.
-type Step = fn(&mut WebSocket<TcpStream>);
 
 /// A flight about the demo city: it wanders, looks about, changes knobs and modes now and then.
 struct Flight {
@@ -291,325 +274,29 @@ fn effects_are_answered_as_by_post() {
     );
 }
 
-fn other_city(seed: u64) -> LodTree {
-    let params = citylod::scene::CityParams {
-        objects: 2_500,
-        seed,
-    };
-    let scene = citylod::scene::generate(&params);
-    citylod::index::build(&scene, citylod::index::Promotion::Tallest).unwrap()
-}
-
-fn scenes(tree: LodTree) -> Scenes {
-    let mut scenes = Scenes::new();
-    scenes.insert("demo", tree).unwrap();
-    scenes
-}
-
-#[test]
-fn a_replaced_scene_is_sent_whole_without_being_asked_for() {
-    let service = Running::new();
-    let mut client = Client::open(&service, "demo");
-    let request = over_the_city();
-    let before = client.ask(&request);
-    for seed in [5, 6] {
-        let tree = other_city(seed);
-        assert_eq!(service.shared.replace(scenes(other_city(seed))), 1);
-        let answer = client.receive();
-        assert_eq!(
-            answer["seq"], before["seq"],
-            "the last message is answered again"
-        );
-        assert_eq!(answer["revision"], tree.revision());
-        assert_eq!(answer["remove"], json!([]));
-        assert_eq!(client.held(), Full::new(&tree).objects(&request));
-        // The same contents are no news.
-        assert_eq!(service.shared.replace(scenes(other_city(seed))), 0);
-    }
-    let tree = other_city(6);
-    client.ask(&json!({"lod": {"far_dist_m": 100}}));
-    let request = json!({"camera": request["camera"], "lod": {"far_dist_m": 100}});
-    assert_eq!(client.held(), Full::new(&tree).objects(&request));
-    service.shared.replace(Scenes::new());
-    let (code, reason) = client.closed();
-    assert_eq!(
-        (code, reason.as_str()),
-        (CloseCode::Away, "the scene is no longer served")
-    );
-    service.get("/collections/demo").problem(404);
-}
-
-#[test]
-fn requests_are_answered_while_scenes_are_replaced() {
-    let service = Running::new();
-    let stop = std::sync::atomic::AtomicBool::new(false);
-    let trees = [other_city(7), other_city(8)];
-    let mut full = trees.each_ref().map(Full::new);
-    let request = over_the_city();
-    let expected = full.each_mut().map(|full| full.objects(&request).clone());
-    std::thread::scope(|scope| {
-        scope.spawn(|| {
-            while !stop.load(std::sync::atomic::Ordering::Relaxed) {
-                for seed in [7, 8] {
-                    service.shared.replace(scenes(other_city(seed)));
-                }
-            }
-        });
-        let mut client = Client::open(&service, "demo");
-        let mut seen = BTreeSet::new();
-        let start = Instant::now();
-        while seen.len() < 2 || client.seq() < 300 {
-            assert!(start.elapsed() < Duration::from_secs(60), "{seen:?}");
-            client.send(&request);
-            loop {
-                let answer = client.receive();
-                let revision = answer["revision"].as_str().unwrap().to_owned();
-                if let Some(at) = trees.iter().position(|tree| tree.revision() == revision) {
-                    assert_eq!(*client.held(), expected[at]);
-                    seen.insert(revision);
-                }
-                if answer["seq"] == client.seq() {
-                    break;
-                }
-            }
-            let posted = service.visible("demo", &request.to_string());
-            assert_eq!(posted.status, 200);
-        }
-        stop.store(true, std::sync::atomic::Ordering::Relaxed);
-    });
-}
-
-#[test]
-fn frames_that_no_client_should_send_end_the_stream_with_the_reason() {
-    let config = Config {
-        max_body_bytes: 2_000,
-        ..Config::default()
-    };
-    let service = Running::with(config, |app| app);
-    let cases: [(&str, Step, CloseCode); 8] = [
-        (
-            "a long message",
-            |s| s.send(Message::text(" ".repeat(2_001))).unwrap(),
-            CloseCode::Size,
-        ),
-        (
-            // Announced only: it is refused without waiting for the rest.
-            "a frame of 2^62 bytes",
-            |s| {
-                let head = [0x81, 0xff, 0x40, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4];
-                s.get_mut().write_all(&head).unwrap();
-            },
-            CloseCode::Size,
-        ),
-        (
-            "fragments that add up",
-            |s| {
-                let fragment = [&[0x01, 0xfe, 0x05, 0xdc, 0, 0, 0, 0], &[b' '; 1500][..]].concat();
-                s.get_mut().write_all(&fragment).unwrap();
-                let rest = [&[0x00, 0xfe, 0x05, 0xdc, 0, 0, 0, 0], &[b' '; 1500][..]].concat();
-                s.get_mut().write_all(&rest).unwrap();
-            },
-            CloseCode::Size,
-        ),
-        (
-            "a binary message",
-            |s| s.send(Message::binary(vec![1, 2, 3])).unwrap(),
-            CloseCode::Unsupported,
-        ),
-        (
-            "text that is not UTF-8",
-            |s| {
-                s.get_mut()
-                    .write_all(&[0x81, 0x82, 0, 0, 0, 0, 0xc3, 0x28])
-                    .unwrap();
-            },
-            CloseCode::Invalid,
-        ),
-        (
-            "a frame without a mask",
-            |s| s.get_mut().write_all(&[0x81, 0x02, b'{', b'}']).unwrap(),
-            CloseCode::Protocol,
-        ),
-        (
-            "a frame with reserved bits",
-            |s| {
-                s.get_mut()
-                    .write_all(&[0xf1, 0x82, 0, 0, 0, 0, b'{', b'}'])
-                    .unwrap();
-            },
-            CloseCode::Protocol,
-        ),
-        (
-            "an HTTP request",
-            |s| {
-                s.get_mut()
-                    .write_all(b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n")
-                    .unwrap();
-            },
-            CloseCode::Protocol,
-        ),
-    ];
-    for (what, step, code) in cases {
-        let mut client = Client::open(&service, "demo");
-        client.ask(&over_the_city());
-        step(client.socket());
-        assert_eq!(client.closed().0, code, "{what}");
-    }
-    // A message of just the limit is fine.
-    let mut client = Client::open(&service, "demo");
-    let text = json!({"seq": 1, "camera": over_the_city()["camera"]}).to_string();
-    client.send_text(&format!("{text}{}", " ".repeat(2_000 - text.len())));
-    assert_eq!(client.receive()["seq"], 1);
-    assert_eq!(service.get("/health").status, 200);
-}
-
-#[test]
-fn random_bytes_never_take_the_service_down() {
-    let service = Running::new();
-    let mut rng = rng(11);
-    for _ in 0..200 {
-        let mut client = Client::open(&service, "demo");
-        let bytes: Vec<u8> = (0..rng.random_range(1..300))
-            .map(|_| rng.random())
-            .collect();
-        let _ = client.socket().get_mut().write_all(&bytes);
-        if rng.random_bool(0.5) {
-            // Half of them are half a frame: the client goes away in the middle.
-            drop(client);
-        } else {
-            let _ = client
-                .socket()
-                .get_mut()
-                .shutdown(std::net::Shutdown::Write);
-            let _ = client.socket().get_mut().read_to_end(&mut Vec::new());
-        }
-    }
-    let mut client = Client::open(&service, "demo");
-    assert!(client.ask(&over_the_city())["count"].as_u64() > Some(100));
-}
-
-#[test]
-fn idle_and_half_open_streams_are_closed() {
-    let config = Config {
-        timeout: Duration::from_millis(400),
-        stream_idle: Duration::from_millis(1500),
-        max_streams: 2,
-        ..Config::default()
-    };
-    let service = Running::with(config, |app| app);
-    // This one reads, and so answers pings, but says nothing.
-    let mut idle = Client::open(&service, "demo");
-    idle.ask(&over_the_city());
-    // This one is gone without a word: no pong comes.
-    let mut gone = Client::open(&service, "demo");
-    gone.ask(&over_the_city());
-    let start = Instant::now();
-    let (code, reason) = idle.closed();
-    assert_eq!(code, CloseCode::Policy);
-    assert!(reason.contains("--stream-idle-ms"), "{reason}");
-    // The other was told earlier, though it is only now that it looks.
-    let (code, reason) = gone.closed();
-    assert_eq!(code, CloseCode::Policy);
-    assert!(reason.contains("--timeout-ms"), "{reason}");
-    assert!(start.elapsed() < Duration::from_secs(8));
-    // Their places are free again.
-    let text = (0..100).find_map(|_| {
-        let text = String::from_utf8(service.get("/metrics").body).unwrap();
-        std::thread::sleep(Duration::from_millis(50));
-        text.contains("citylod_streams 0\n").then_some(text)
-    });
-    let text = text.expect("both have ended");
-    for end in ["idle", "unread"] {
-        let line = format!("citylod_streams_ended_total{{reason=\"{end}\"}} 1\n");
-        assert!(text.contains(&line), "{line} in {text}");
-    }
-}
-
-#[test]
-fn streams_take_no_place_of_requests_or_connections_and_have_a_limit_of_their_own() {
-    let config = Config {
-        max_concurrency: 1,
-        max_connections: 1,
-        max_streams: 3,
-        ..Config::default()
-    };
-    let service = Running::with(config, |app| app);
-    let mut clients: Vec<_> = (0..3).map(|_| Client::open(&service, "demo")).collect();
-    let refused = Client::refused(&service, "demo");
-    assert_eq!(refused.status, 503);
-    assert_eq!(refused.header("retry-after"), Some("1"));
-    for client in &mut clients {
-        client.ask(&over_the_city());
-        assert_eq!(service.get("/health").status, 200);
-    }
-    drop(clients.pop());
-    let opened = (0..100).any(|_| {
-        std::thread::sleep(Duration::from_millis(20));
-        Client::try_open(&service, "demo").is_some()
-    });
-    assert!(opened, "a place was given back");
-}
-
-#[test]
-fn what_is_no_websocket_request_is_refused() {
-    let service = Running::new();
-    let path = "/collections/demo/stream";
-    let reply = service.get(path);
-    let problem = reply.problem(426);
-    assert_eq!(problem["type"], "/#upgrade-required");
-    assert_eq!(reply.header("upgrade"), Some("websocket"));
-    assert_eq!(reply.header("sec-websocket-version"), Some("13"));
-    let right = [
-        ("Connection", "keep-alive, Upgrade"),
-        ("Upgrade", "websocket"),
-        ("Sec-WebSocket-Version", "13"),
-        ("Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="),
-    ];
-    for (at, wrong) in [(0, "close"), (1, "h2c"), (2, "12"), (3, "short")] {
-        let mut headers = right;
-        headers[at].1 = wrong;
-        service.send("GET", path, &headers, b"").problem(426);
-    }
-    assert_eq!(service.send("HEAD", path, &right, b"").status, 426);
-    service.send("POST", path, &right, b"").problem(405);
-    service
-        .send("GET", "/collections/none/stream", &right, b"")
-        .problem(404);
-    assert_eq!(Client::refused(&service, "none").status, 404);
-}
-
-#[test]
-fn streams_are_told_when_the_service_stops() {
-    let mut service = Running::new();
-    let mut quiet = Client::open(&service, "demo");
-    let mut busy = Client::open(&service, "demo");
-    busy.ask(&over_the_city());
-    let start = Instant::now();
-    service.stop();
-    for client in [&mut quiet, &mut busy] {
-        assert_eq!(
-            client.closed(),
-            (CloseCode::Away, "the service stops".to_owned())
-        );
-    }
-    service.wait();
-    assert!(start.elapsed() < Duration::from_secs(5));
-    assert!(matches!(
-        quiet.socket().read(),
-        Err(tungstenite::Error::ConnectionClosed | tungstenite::Error::AlreadyClosed)
-    ));
-}
-
 #[test]
 fn a_smooth_flight_takes_less_than_a_tenth_of_the_bytes_of_full_answers() {
-    let service = Running::new();
-    let mut client = Client::open(&service, "demo");
-    let (mut streamed, mut full) = (0, [0_usize; 3]);
+    // The city that is served where none is given.
+    let city = citylod::scene::generate(&citylod::scene::CityParams {
+        objects: 23_951,
+        seed: 1,
+    });
+    let tree = citylod::index::build(&city, citylod::index::Promotion::Tallest).unwrap();
+    let service = Running::of(scenes(tree), Config::default(), |app| app);
+    for far_dist in [500, 1000, 2000] {
+        smooth_flight(&service, far_dist);
+    }
+}
+
+fn smooth_flight(service: &Running, far_dist: u32) {
+    let mut client = Client::open(service, "demo");
+    let (mut streamed, mut objects, mut full) = (0, 0, [0_usize; 3]);
     for frame in 0..600 {
         // 15 m/s at 60 frames a second, around the centre and looking at it.
         let angle = f64::from(frame) * 0.25 / 500.0;
         let eye = [-500.0 * angle.sin(), -500.0 * angle.cos(), 120.0];
-        let mut request = json!({"camera": camera(eye, [0.0, 0.0, 20.0])});
+        let mut request = json!({"camera": camera(eye, [0.0, 0.0, 20.0]),
+            "lod": {"far_dist_m": far_dist}});
         client.ask(&request);
         streamed += client.last_length();
         if frame % 20 == 0 {
@@ -619,9 +306,15 @@ fn a_smooth_flight_takes_less_than_a_tenth_of_the_bytes_of_full_answers() {
             }
         }
         full[2] += 4 * client.held().len();
+        objects += client.held().len();
     }
     let percent = full.map(|bytes| 100.0 * streamed as f64 / bytes as f64);
-    println!("{streamed} bytes: {percent:.1?} % of ids, ranges, binary numbers");
+    println!(
+        "far_dist {far_dist} m: {} objects, {} bytes an answer: {percent:.1?} % of ids, ranges, \
+         binary numbers",
+        objects / 600,
+        streamed / 600
+    );
     assert!(percent[0] < 10.0, "{percent:?} % of answers with ids");
 }
 

@@ -6,7 +6,8 @@ use citylod::frame::{Active, Culling, Frame};
 use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use citylod::index::LodTree;
 use citylod::lod::{Beyond, BudgetLod, ErrorLod, Lod, RangeLod};
-use serde_json::Value;
+use citylod::service::Scenes;
+use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::{self, Message, WebSocket};
@@ -233,4 +234,21 @@ impl<'a> Full<'a> {
         self.objects = self.frame.selection().objects().collect();
         &self.objects
     }
+}
+
+/// A camera, all else by default.
+pub fn camera(eye: [f64; 3], target: [f64; 3]) -> Value {
+    json!({"eye": eye, "target": target})
+}
+
+/// A request worth asking.
+pub fn over_the_city() -> Value {
+    json!({"camera": camera([0.0, -800.0, 300.0], [0.0, 0.0, 0.0])})
+}
+
+/// One scene, `demo`.
+pub fn scenes(tree: LodTree) -> Scenes {
+    let mut scenes = Scenes::new();
+    scenes.insert("demo", tree).unwrap();
+    scenes
 }
