@@ -4,6 +4,16 @@ use serde::{Deserialize, Serialize};
 
 /// Longer frames are no frames: a debugger, a laptop's lid.
 pub(super) const LONGEST_FRAME_MS: f64 = 3_600_000.0;
+/// How many frames are remembered.
+const FRAMES: usize = 16;
+/// Least relative standard deviation of frame times: clocks and schedulers are no better.
+const LEAST_SCATTER: f64 = 0.01;
+/// What is taken for it before frames were seen.
+const USUAL_SCATTER: f64 = 0.02;
+/// One part in so many is what a frame adds to the estimate of the scatter, and at most so many
+/// standard deviations.
+const SCATTER_FRAMES: f64 = 8.0;
+const SCATTER_LIMIT: f64 = 3.0;
 
 /// One frame that was drawn: what it took, and what it was drawn with. Whatever the delay between
 /// choosing a `far_dist` and measuring its frame, the two belong together here.
@@ -29,11 +39,20 @@ impl Sample {
 
 /// All that the controller knows between frames. Any values whatever are safe to step from: what
 /// cannot be is not used.
+///
+/// As JSON: `{"far_dist_m", "recent": [[frame_ms, far_dist_m], …], "suspect", "scatter",
+/// "ignored"}`, below a kilobyte.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
     /// The `far_dist` chosen last, m.
     pub(super) far_dist_m: f64,
+    /// The last frames that the plant is judged by.
+    pub(super) recent: Memory,
+    /// A frame that nothing explains, until the next one speaks for it or against it.
+    pub(super) suspect: Option<Sample>,
+    /// Relative standard deviation of frame times.
+    scatter: f64,
     /// Samples that could not be frames.
     pub(super) ignored: u32,
 }
@@ -43,6 +62,9 @@ impl State {
     pub fn starting_at(far_dist_m: f64) -> Self {
         Self {
             far_dist_m,
+            recent: Memory::default(),
+            suspect: None,
+            scatter: USUAL_SCATTER,
             ignored: 0,
         }
     }
@@ -55,5 +77,66 @@ impl State {
     /// How many samples were ignored because they cannot be frames ([`Sample::is_usable`]).
     pub fn ignored(&self) -> u32 {
         self.ignored
+    }
+
+    /// Relative standard deviation of frame times, 0.01 to 1.
+    pub(super) fn scatter(&self) -> f64 {
+        self.scatter.max(LEAST_SCATTER).min(1.0)
+    }
+
+    /// Learns the scatter from how much a frame surprised.
+    pub(super) fn notice(&mut self, surprise: f64) {
+        let known = self.scatter();
+        let seen = surprise.abs().min(SCATTER_LIMIT * known);
+        let variance = known * known + (seen * seen - known * known) / SCATTER_FRAMES;
+        self.scatter = variance.sqrt();
+    }
+}
+
+/// The last frames, newest first; entries that cannot be frames are empty places.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
+pub(super) struct Memory([Sample; FRAMES]);
+
+impl Memory {
+    pub(super) fn samples(&self) -> impl Iterator<Item = Sample> + Clone {
+        self.0.into_iter().filter(Sample::is_usable)
+    }
+
+    pub(super) fn push(&mut self, sample: Sample) {
+        self.0.rotate_right(1);
+        self.0[0] = sample;
+    }
+
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+}
+
+impl From<Memory> for Vec<[f64; 2]> {
+    fn from(memory: Memory) -> Self {
+        let pair = |sample: Sample| [sample.frame_ms, sample.far_dist_m];
+        memory.samples().map(pair).collect()
+    }
+}
+
+impl TryFrom<Vec<[f64; 2]>> for Memory {
+    type Error = String;
+
+    fn try_from(pairs: Vec<[f64; 2]>) -> Result<Self, String> {
+        let mut memory = Self::default();
+        if pairs.len() > FRAMES {
+            return Err(format!(
+                "must be at most {FRAMES} frames, is {}",
+                pairs.len()
+            ));
+        }
+        for (place, [frame_ms, far_dist_m]) in memory.0.iter_mut().zip(pairs) {
+            *place = Sample {
+                frame_ms,
+                far_dist_m,
+            };
+        }
+        Ok(memory)
     }
 }
