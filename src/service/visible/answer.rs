@@ -37,25 +37,50 @@ fn finite(number: f64) -> Option<f64> {
 /// # Errors
 /// 413 when it would list more than `most` ids, or about as many bytes in another form.
 pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Result<usize, Problem> {
-    let count = selection.count();
+    let count = selection.count() as usize;
     let (listed, what, most) = match form {
-        _ if binary => (count as usize, "numbers", u64::from(most) * 4),
-        Form::Ids => (count as usize, "ids", u64::from(most)),
-        Form::Objects => (count as usize, "objects", u64::from(most) / 10),
-        Form::Ranges => (selection.ranges().len(), "ranges", u64::from(most)),
+        _ if binary => (count, "numbers", u64::from(most) * 4),
+        Form::Ids => (count, "ids", u64::from(most)),
+        Form::Objects => (count, "objects", u64::from(most) / 10),
+        Form::Ranges => {
+            let listed = selection.ranges().len();
+            size_of_ranges(listed, selection, most)?;
+            return Ok(list_len(form, selection));
+        }
     };
-    if listed as u64 > most {
-        let detail = format!(
-            "{count} objects are visible; an answer may list {most} {what}: ask for less detail \
-             (a smaller far_dist_m, a larger max_error_px, a smaller max_objects), as ranges, or with Accept: application/octet-stream"
-        );
-        return Err(Problem::new(Kind::AnswerTooLarge, detail));
-    }
+    let other = ", as ranges, or with Accept: application/octet-stream";
+    within(listed, what, most, selection, other)?;
     Ok(if binary {
         listed * size_of::<u32>()
     } else {
         list_len(form, selection)
     })
+}
+
+/// Refuses an answer with more than `most` ranges.
+///
+/// # Errors
+/// 413.
+pub fn size_of_ranges(listed: usize, selection: &Selection, most: u32) -> Result<(), Problem> {
+    within(listed, "ranges", u64::from(most), selection, "")
+}
+
+fn within(
+    listed: usize,
+    what: &str,
+    most: u64,
+    selection: &Selection,
+    other: &str,
+) -> Result<(), Problem> {
+    if listed as u64 <= most {
+        return Ok(());
+    }
+    let count = selection.count();
+    let detail = format!(
+        "{count} objects are visible; an answer may list {most} {what}: ask for less detail \
+         (a smaller far_dist_m, a larger max_error_px, a smaller max_objects){other}"
+    );
+    Err(Problem::new(Kind::AnswerTooLarge, detail))
 }
 
 /// The answer as JSON; `with_pixels` as in [`Tail::of`].

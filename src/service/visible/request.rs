@@ -4,7 +4,7 @@
 use serde::{Deserialize, Deserializer};
 
 use super::super::json::{List, Whole, given, keyword, object};
-use super::effects::Effects;
+pub use super::effects::Effects;
 use crate::frame::Culling;
 use crate::lod::Beyond;
 
