@@ -30,7 +30,7 @@ impl State {
             let surprise = family.surprise(sample);
             self.notice(surprise);
             if surprise.abs() > DOUBTFUL * scatter {
-                let before = self.suspect.filter(|s| s.is_usable());
+                let before = self.suspect.filter(Sample::is_usable);
                 let agrees = |first: &Sample| family.surprise(*first) * surprise > 0.0;
                 let Some(first) = before.filter(agrees) else {
                     self.suspect = Some(sample);

@@ -1,6 +1,7 @@
 //! What the controller remembers.
 
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Longer frames are no frames: a debugger, a laptop's lid.
 pub(super) const LONGEST_FRAME_MS: f64 = 3_600_000.0;
@@ -17,8 +18,10 @@ const SCATTER_LIMIT: f64 = 3.0;
 
 /// One frame that was drawn: what it took, and what it was drawn with. Whatever the delay between
 /// choosing a `far_dist` and measuring its frame, the two belong together here.
+///
+/// As JSON: `[frame_ms, far_dist_m]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Sample {
     /// Frame time, ms.
     pub frame_ms: f64,
@@ -40,8 +43,8 @@ impl Sample {
 /// All that the controller knows between frames. Any values whatever are safe to step from: what
 /// cannot be is not used.
 ///
-/// As JSON: `{"far_dist_m", "recent": [[frame_ms, far_dist_m], …], "suspect", "scatter",
-/// "ignored"}`, below a kilobyte.
+/// As JSON: `{"far_dist_m", "recent": [sample, …], "suspect", "scatter", "ignored"}`, below a
+/// kilobyte.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
@@ -54,6 +57,7 @@ pub struct State {
     /// Relative standard deviation of frame times.
     scatter: f64,
     /// Samples that could not be frames.
+    #[serde(deserialize_with = "whole")]
     pub(super) ignored: u32,
 }
 
@@ -81,7 +85,10 @@ impl State {
 
     /// Relative standard deviation of frame times, 0.01 to 1.
     pub(super) fn scatter(&self) -> f64 {
-        self.scatter.max(LEAST_SCATTER).min(1.0)
+        if self.scatter.is_nan() {
+            return USUAL_SCATTER;
+        }
+        self.scatter.clamp(LEAST_SCATTER, 1.0)
     }
 
     /// Learns the scatter from how much a frame surprised.
@@ -95,7 +102,7 @@ impl State {
 
 /// The last frames, newest first; entries that cannot be frames are empty places.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
+#[serde(try_from = "Vec<Sample>", into = "Vec<Sample>")]
 pub(super) struct Memory([Sample; FRAMES]);
 
 impl Memory {
@@ -113,30 +120,50 @@ impl Memory {
     }
 }
 
-impl From<Memory> for Vec<[f64; 2]> {
+impl From<Memory> for Vec<Sample> {
     fn from(memory: Memory) -> Self {
-        let pair = |sample: Sample| [sample.frame_ms, sample.far_dist_m];
-        memory.samples().map(pair).collect()
+        memory.samples().collect()
     }
 }
 
-impl TryFrom<Vec<[f64; 2]>> for Memory {
+impl TryFrom<Vec<Sample>> for Memory {
     type Error = String;
 
-    fn try_from(pairs: Vec<[f64; 2]>) -> Result<Self, String> {
+    fn try_from(samples: Vec<Sample>) -> Result<Self, String> {
         let mut memory = Self::default();
-        if pairs.len() > FRAMES {
-            return Err(format!(
-                "must be at most {FRAMES} frames, is {}",
-                pairs.len()
-            ));
-        }
-        for (place, [frame_ms, far_dist_m]) in memory.0.iter_mut().zip(pairs) {
-            *place = Sample {
-                frame_ms,
-                far_dist_m,
-            };
-        }
+        let count = samples.len();
+        let Some(places) = memory.0.get_mut(..count) else {
+            return Err(format!("must be at most {FRAMES} frames, is {count}"));
+        };
+        places.copy_from_slice(&samples);
         Ok(memory)
     }
+}
+
+impl From<Sample> for [f64; 2] {
+    fn from(sample: Sample) -> Self {
+        [sample.frame_ms, sample.far_dist_m]
+    }
+}
+
+impl From<[f64; 2]> for Sample {
+    fn from([frame_ms, far_dist_m]: [f64; 2]) -> Self {
+        Self {
+            frame_ms,
+            far_dist_m,
+        }
+    }
+}
+
+/// A count; `2.0` is one, as JSON Schema has it.
+fn whole<'de, D: Deserializer<'de>>(source: D) -> Result<u32, D::Error> {
+    let number = f64::deserialize(source)?;
+    if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) {
+        return Ok(number as u32);
+    }
+    let expected = "a whole number from 0 to 4294967295";
+    Err(D::Error::invalid_value(
+        Unexpected::Float(number),
+        &expected,
+    ))
 }
