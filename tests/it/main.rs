@@ -9,6 +9,8 @@
 
 /// The command line as a user meets it: what it writes, prints, refuses and exits with.
 mod command;
+/// The controller keeps what it promises, over a thousand seeds a promise, and any numbers.
+mod control;
 /// A folder to run the command in, and what a run came to.
 mod desk;
 /// What one answer has that another has not, against sets.

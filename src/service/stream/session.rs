@@ -133,12 +133,14 @@ impl Session {
                 camera,
                 lod: message.lod.unwrap_or_default(),
                 effects: message.effects.unwrap_or_default(),
+                feedback: None,
                 output: Output { form: Form::Ranges },
             },
             (Some(before), camera) => Request {
                 camera: camera.unwrap_or_else(|| before.camera.clone()),
                 lod: message.lod.unwrap_or_else(|| before.lod.clone()),
                 effects: message.effects.unwrap_or_else(|| before.effects.clone()),
+                feedback: None,
                 output: before.output.clone(),
             },
         };
@@ -149,7 +151,7 @@ impl Session {
             far_dist: None,
         };
         if let Some(feedback) = message.feedback {
-            let (state, far_dist) = feedback.steer(&asked.lod, standing.control)?;
+            let (state, far_dist) = feedback.steer(&asked.lod, standing.control.as_ref())?;
             asked.lod = steered(&asked.lod, far_dist);
             standing.control = Some(state);
             standing.far_dist = Some(far_dist);

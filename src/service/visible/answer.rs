@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
+use super::feedback::Steered;
 use super::request::Form;
 use super::tail::Tail;
-use crate::frame::Frame;
 use crate::lod::Selection;
 
 /// Header of a binary answer: how many numbers the body has.
@@ -18,6 +18,9 @@ pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod
 pub const REVISION: header::HeaderName = header::HeaderName::from_static("x-citylod-revision");
 /// Header of a binary answer: the bound, pixels; left out when infinite.
 pub const ERROR_PX: header::HeaderName = header::HeaderName::from_static("x-citylod-error-px");
+
+/// Header of a binary answer: what the controller chose, as JSON.
+pub const FEEDBACK: header::HeaderName = header::HeaderName::from_static("x-citylod-feedback");
 
 #[derive(Serialize)]
 struct ObjectItem<'a> {
@@ -83,10 +86,8 @@ fn within(
     Err(Problem::new(Kind::AnswerTooLarge, detail))
 }
 
-/// The answer as JSON; `with_pixels` as in [`Tail::of`].
-pub fn json(city: &City, form: Form, frame: &Frame, with_pixels: bool) -> Vec<u8> {
-    let selection = frame.selection();
-    let tail = Tail::of(frame, with_pixels);
+/// The answer as JSON.
+pub fn json(city: &City, form: Form, selection: &Selection, tail: &Tail) -> Vec<u8> {
     let mut out = Vec::with_capacity(city.head().len() + list_len(form, selection) + TAIL);
     out.extend_from_slice(city.head());
     append(&mut out, &selection.count());
@@ -125,13 +126,13 @@ pub fn json(city: &City, form: Form, frame: &Frame, with_pixels: bool) -> Vec<u8
     out.extend_from_slice(b"],");
     // The tail is an object of its own but for its opening brace.
     let at = out.len();
-    append(&mut out, &tail);
+    append(&mut out, tail);
     out.remove(at);
     out
 }
 
 /// Everything but the list, the head and the pixels takes less, whatever the numbers.
-const TAIL: usize = 384;
+const TAIL: usize = 1536;
 
 /// About how long the list becomes.
 fn list_len(form: Form, selection: &Selection) -> usize {
@@ -170,12 +171,23 @@ pub fn response(body: Vec<u8>, media_type: HeaderValue) -> Response {
 }
 
 /// What a binary answer says beside its body.
-pub fn describe(headers: &mut HeaderMap, city: &City, selection: &Selection) {
+pub fn describe(
+    headers: &mut HeaderMap,
+    city: &City,
+    selection: &Selection,
+    steered: Option<&Steered>,
+) {
     headers.insert(COUNT, HeaderValue::from(selection.count()));
     headers.insert(REVISION, city.revision_header().clone());
     if let Some(error_px) = finite(selection.error_px())
         && let Ok(value) = HeaderValue::try_from(error_px.to_string())
     {
         headers.insert(ERROR_PX, value);
+    }
+    if let Some(steered) = steered
+        && let Ok(text) = serde_json::to_string(steered)
+        && let Ok(value) = HeaderValue::try_from(text)
+    {
+        headers.insert(FEEDBACK, value);
     }
 }

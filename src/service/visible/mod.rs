@@ -2,6 +2,7 @@
 
 mod answer;
 mod effects;
+mod feedback;
 mod query;
 pub mod request;
 mod resolve;
@@ -16,6 +17,7 @@ use axum::http::{HeaderMap, HeaderValue};
 use axum::response::Response;
 
 pub use answer::{COUNT, REVISION, size_of_ranges};
+pub use feedback::Feedback;
 pub use query::{Parameter, unknown};
 pub use resolve::{Naming, Resolved};
 pub use tail::Tail;
@@ -86,22 +88,31 @@ fn respond(
     naming: Naming,
     binary: bool,
 ) -> Result<Response, Problem> {
-    let asked = request.resolve(city.tree().effects(), naming)?;
+    let mut asked = request.resolve(city.tree().effects(), naming)?;
     if binary {
         request.output.check_binary(naming)?;
     }
     request.check_pixels(binary, naming)?;
+    let steered = match &request.feedback {
+        Some(feedback) => {
+            let (lod, steered) = feedback.steer(&asked.lod, naming)?;
+            asked.lod = lod;
+            Some(steered)
+        }
+        None => None,
+    };
     with_frame(city, &asked, |frame| {
         let (selection, form) = (frame.selection(), request.output.form);
         let size = answer::size(form, binary, selection, shared.config().max_answer_objects)?;
         Ok(if binary {
             let body = make(size, || answer::numbers(selection));
             let mut response = answer::response(body, HeaderValue::from_static(BINARY));
-            answer::describe(response.headers_mut(), city, selection);
+            answer::describe(response.headers_mut(), city, selection, steered.as_ref());
             response
         } else {
-            let with_pixels = request.effects.visible_pixels();
-            let body = make(size, || answer::json(city, form, frame, with_pixels));
+            let tail = Tail::of(frame, request.effects.visible_pixels());
+            let tail = tail.with_feedback(steered.as_ref());
+            let body = make(size, || answer::json(city, form, selection, &tail));
             answer::response(body, HeaderValue::from_static(JSON))
         })
     })
