@@ -11,8 +11,9 @@ use axum::response::Response;
 use super::documents::{cached, make};
 use super::negotiate::accepted;
 use super::problem::{Kind, Problem};
-use super::routes::{SceneName, Shared};
+use super::routes::SceneName;
 use super::scenes::City;
+use super::shared::Shared;
 use super::visible::{COUNT, Parameter, REVISION, unknown};
 use crate::index::LodTree;
 
@@ -33,9 +34,9 @@ pub async fn boxes(
     RawQuery(query): RawQuery,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&name)?;
+    let city = shared.city(&name)?;
     accepted(&headers, &["application/octet-stream"])?;
-    let wanted = Wanted::read(city, &query.unwrap_or_default())?;
+    let wanted = Wanted::read(&city, &query.unwrap_or_default())?;
     let mut response = cached(&headers, city.etag(), || {
         let range = wanted.range.clone();
         let body = make(range.len() * BOX, || encode(city.tree(), range));

@@ -11,8 +11,9 @@ use serde_json::value::RawValue;
 use super::documents::{Link, cached, json};
 use super::negotiate::accepted;
 use super::problem::{Kind, Problem};
-use super::routes::{ItemName, Shared};
+use super::routes::ItemName;
 use super::scenes::segment;
+use super::shared::Shared;
 
 #[derive(Serialize)]
 struct Item<'a> {
@@ -34,7 +35,7 @@ pub async fn item(
     ItemName { scene, id }: ItemName,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&scene)?;
+    let city = shared.city(&scene)?;
     accepted(&headers, &["application/json"])?;
     let tree = city.tree();
     let found = tree.find(&id);

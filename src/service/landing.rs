@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::documents::{Link, json};
 use super::negotiate::accepted;
 use super::problem::Problem;
-use super::routes::Shared;
+use super::shared::Shared;
 use super::{OPENAPI, page};
 
 /// What OGC API documents call an `OpenAPI` description.
@@ -31,7 +31,7 @@ pub async fn landing(
     if accepted(&headers, &["application/json", "text/html"])? == "text/html" {
         let host = headers.get(header::HOST).and_then(|h| h.to_str().ok());
         let html = HeaderValue::from_static("text/html; charset=utf-8");
-        let page = page::render(shared.scenes(), host.unwrap_or("127.0.0.1:8080"));
+        let page = page::render(&shared.scenes(), host.unwrap_or("127.0.0.1:8080"));
         return Ok(([(header::CONTENT_TYPE, html)], page).into_response());
     }
     Ok(json(&Landing {

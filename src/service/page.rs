@@ -11,7 +11,7 @@ const TEMPLATE: &str = include_str!("page.html");
 
 /// The page for these scenes; `host` is how the reader reaches the service.
 pub fn render(scenes: &Scenes, host: &str) -> String {
-    let cards: String = scenes.iter().map(card).collect();
+    let cards: String = scenes.iter().map(|city| card(city)).collect();
     let cards = if scenes.is_empty() {
         "<p>No scene is being served.</p>".to_owned()
     } else {
