@@ -6,5 +6,6 @@
 //! quadtree. C: static LOD for transmission-line corridors. D: Wang and Luo, parallel terrain LOD.
 
 mod field;
+pub mod read;
 
 pub use field::{FieldError, Grid, HeightField};

@@ -41,6 +41,8 @@ mod numerics;
 mod offsets;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
+/// Elevation files: every format against rasterio, and what is said of broken ones.
+mod terrain_read;
 /// Answers over HTTP against a program in another language.
 mod other_language;
 /// Pictures: what `render` writes, refuses, and shows where.
