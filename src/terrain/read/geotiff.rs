@@ -180,6 +180,14 @@ fn refused(path: &Path, place: Place, error: TiffError) -> ReadError {
         TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
             ReadError::malformed(path, place, "cut off")
         }
-        other => ReadError::malformed(path, place, other.to_string()),
+        other => {
+            let other = other.to_string();
+            let other = other.trim_start_matches("format error: ");
+            let reason = match place {
+                Place::File => format!("no readable TIFF: {other}; fetch or write it anew"),
+                _ => other.to_owned(),
+            };
+            ReadError::malformed(path, place, reason)
+        }
     }
 }
