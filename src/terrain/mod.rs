@@ -5,7 +5,18 @@
 //! Sources: A: Lü et al., landslide-oriented terrain rendering. B: Wang and Zhu, dynamic LOD
 //! quadtree. C: static LOD for transmission-line corridors. D: Wang and Luo, parallel terrain LOD.
 
+mod block;
 mod field;
+mod ground;
+mod layout;
+mod measure;
+mod quadtree;
 pub mod read;
+mod triangle;
 
+pub use block::{Block, BlockError, NodeRecord};
 pub use field::{FieldError, Grid, HeightField};
+pub use ground::{Ground, GroundError};
+pub use layout::{Layout, Posts};
+pub use quadtree::{Node, QUARTERS, Quarter, child_number, level_start};
+pub use triangle::{Post, doubled_area, height_on};
