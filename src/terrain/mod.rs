@@ -10,6 +10,7 @@ mod field;
 mod ground;
 mod layout;
 mod measure;
+pub mod pyramid;
 mod quadtree;
 pub mod read;
 mod triangle;

@@ -41,8 +41,6 @@ mod numerics;
 mod offsets;
 /// The paper's seven steps, transcribed set by set.
 mod oracle;
-/// Elevation files: every format against rasterio, and what is said of broken ones.
-mod terrain_read;
 /// Answers over HTTP against a program in another language.
 mod other_language;
 /// Pictures: what `render` writes, refuses, and shows where.
@@ -61,6 +59,10 @@ mod service;
 mod stability;
 /// Random scenes and cameras.
 mod support;
+/// The pyramid of tiles: what goes into the file comes back out of it, or is refused.
+mod terrain_pyramid;
+/// Elevation files: every format against rasterio, and what is said of broken ones.
+mod terrain_read;
 /// The sources keep the layer table and the house rules.
 mod tidy;
 /// Files that a test writes, damages and imports.

@@ -19,7 +19,9 @@ fn python() -> Option<PathBuf> {
         Some(PathBuf::from("python3")),
     ];
     candidates.into_iter().flatten().find(|python| {
-        let import = Command::new(python).args(["-c", "import rasterio"]).output();
+        let import = Command::new(python)
+            .args(["-c", "import rasterio"])
+            .output();
         import.is_ok_and(|output| output.status.success())
     })
 }
@@ -40,7 +42,13 @@ fn report(file: &Path, raster: &Raster, on_plane: bool, random: &mut Pcg64Mcg) -
         let column = random.random_range(0..field.grid().columns());
         let row = random.random_range(0..field.grid().rows());
         // Anywhere in the post's cell, or on the post itself.
-        let mut aside = || if on_plane { 0.0 } else { random.random_range(-0.499..0.499) };
+        let mut aside = || {
+            if on_plane {
+                0.0
+            } else {
+                random.random_range(-0.499..0.499)
+            }
+        };
         let [x, y] = position(field, f64::from(column) + aside(), f64::from(row) + aside());
         let height = field.height(column, row);
         (x, y, (!height.is_nan()).then_some(height))
@@ -72,8 +80,17 @@ fn heights_are_those_that_rasterio_reads() {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    let wrote = Command::new(&python).arg(oracle()).arg("write").arg(folder.path()).output().unwrap();
-    assert!(wrote.status.success(), "{}", String::from_utf8_lossy(&wrote.stderr));
+    let wrote = Command::new(&python)
+        .arg(oracle())
+        .arg("write")
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    assert!(
+        wrote.status.success(),
+        "{}",
+        String::from_utf8_lossy(&wrote.stderr)
+    );
     let mut folders = vec![folder.path().to_owned()];
     match std::env::var("CITYLOD_DATA") {
         Ok(data) => folders.push(Path::new(&data).join("dem")),
@@ -82,8 +99,12 @@ fn heights_are_those_that_rasterio_reads() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let mut lines = Vec::new();
     for folder in folders {
-        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-        let mut files: Vec<_> = files.filter(|f| !f.to_string_lossy().ends_with(".xml")).collect();
+        let files = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().path());
+        let mut files: Vec<_> = files
+            .filter(|f| !f.to_string_lossy().ends_with(".xml"))
+            .collect();
         files.sort();
         for file in files {
             let raster = read(&file, &options(&file)).unwrap();
@@ -129,9 +150,21 @@ impl Tiff {
     fn small() -> Self {
         let mut tiff = Self {
             entries: vec![],
-            data: [1_i16, 2, 3, 4, 5, -9].iter().flat_map(|h| h.to_le_bytes()).collect(),
+            data: [1_i16, 2, 3, 4, 5, -9]
+                .iter()
+                .flat_map(|h| h.to_le_bytes())
+                .collect(),
         };
-        for (tag, value) in [(256, 3), (257, 2), (258, 16), (259, 1), (262, 1), (277, 1), (278, 2), (339, 2)] {
+        for (tag, value) in [
+            (256, 3),
+            (257, 2),
+            (258, 16),
+            (259, 1),
+            (262, 1),
+            (277, 1),
+            (278, 2),
+            (339, 2),
+        ] {
             tiff.short(tag, &[value]);
         }
         tiff.long(273, &[8]);
@@ -222,7 +255,11 @@ fn picture(width: u32, height: u32, pixels: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, width, height);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header().unwrap().write_image_data(pixels).unwrap();
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(pixels)
+        .unwrap();
     out
 }
 
@@ -246,17 +283,27 @@ fn read_bytes(name: &str, bytes: &[u8]) -> Result<Raster, String> {
 #[test]
 fn small_files_come_to_the_posts_they_state() {
     let none = f32::NAN;
-    let hgt: Vec<u8> = [1_i16, 2, 3, 4, -32768, 6, 7, 8, 9].iter().flat_map(|h| h.to_be_bytes()).collect();
+    let hgt: Vec<u8> = [1_i16, 2, 3, 4, -32768, 6, 7, 8, 9]
+        .iter()
+        .flat_map(|h| h.to_be_bytes())
+        .collect();
     let rgb = [1, 134, 160, 1, 134, 170]; // 0 m and 1 m
     for (name, bytes, origin, spacing, heights) in [
-        ("a.tif", Tiff::small().bytes(), [505.0, 885.0], [10.0, 10.0], vec![4.0, 5.0, none, 1.0, 2.0, 3.0]),
+        (
+            "a.tif",
+            Tiff::small().bytes(),
+            [505.0, 885.0],
+            [10.0, 10.0],
+            vec![4.0, 5.0, none, 1.0, 2.0, 3.0],
+        ),
         // Rows from the south, by a matrix.
         (
             "b.tif",
             with(|t| {
                 t.without(33550).without(33922);
                 let mut matrix = [0.0; 16];
-                (matrix[0], matrix[3], matrix[5], matrix[7], matrix[15]) = (10.0, 500.0, 20.0, 900.0, 1.0);
+                (matrix[0], matrix[3], matrix[5], matrix[7], matrix[15]) =
+                    (10.0, 500.0, 20.0, 900.0, 1.0);
                 t.double(34264, &matrix)
             }),
             [505.0, 910.0],
@@ -274,21 +321,52 @@ fn small_files_come_to_the_posts_they_state() {
             [10.0, 10.0],
             vec![4.0, 5.0, none, 1.0, 2.0, 3.0],
         ),
-        ("a.asc", ASC.into(), [105.0, 205.0], [10.0, 10.0], vec![4.0, none, 6.5, 1.0, 2.0, 3.0]),
+        (
+            "a.asc",
+            ASC.into(),
+            [105.0, 205.0],
+            [10.0, 10.0],
+            vec![4.0, none, 6.5, 1.0, 2.0, 3.0],
+        ),
         (
             "b.asc",
-            ASC.replace("corner", "center").replace('\n', "\r\n").to_uppercase().into(),
+            ASC.replace("corner", "center")
+                .replace('\n', "\r\n")
+                .to_uppercase()
+                .into(),
             [100.0, 200.0],
             [10.0, 10.0],
             vec![4.0, none, 6.5, 1.0, 2.0, 3.0],
         ),
-        ("s02w003.hgt", hgt, [-3.0, -2.0], [0.5, 0.5], vec![7.0, 8.0, 9.0, 4.0, none, 6.0, 1.0, 2.0, 3.0]),
-        ("a.png", picture(2, 1, &rgb), [25.0, 50.0], [50.0, 100.0], vec![0.0, 1.0]),
-        ("b.png", picture(2, 1, &[128, 3, 128, 127, 255, 0]), [25.0, 50.0], [50.0, 100.0], vec![3.5, -1.0]),
+        (
+            "s02w003.hgt",
+            hgt,
+            [-3.0, -2.0],
+            [0.5, 0.5],
+            vec![7.0, 8.0, 9.0, 4.0, none, 6.0, 1.0, 2.0, 3.0],
+        ),
+        (
+            "a.png",
+            picture(2, 1, &rgb),
+            [25.0, 50.0],
+            [50.0, 100.0],
+            vec![0.0, 1.0],
+        ),
+        (
+            "b.png",
+            picture(2, 1, &[128, 3, 128, 127, 255, 0]),
+            [25.0, 50.0],
+            [50.0, 100.0],
+            vec![3.5, -1.0],
+        ),
     ] {
         let raster = read_bytes(name, &bytes).unwrap();
         let grid = raster.field.grid();
-        assert_eq!((grid.origin().to_array(), grid.spacing().to_array()), (origin, spacing), "{name}");
+        assert_eq!(
+            (grid.origin().to_array(), grid.spacing().to_array()),
+            (origin, spacing),
+            "{name}"
+        );
         let bits = |h: &[f32]| h.iter().map(|h| h.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(raster.field.heights()), bits(&heights), "{name}");
     }
@@ -300,48 +378,158 @@ fn broken_files_are_refused_with_the_place() {
     let bomb = deflated(&vec![0; 40_000_000]);
     fn tiled(t: &mut Tiff, side: u32) -> &mut Tiff {
         t.without(273).without(278).without(279);
-        t.long(322, &[side]).long(323, &[side]).long(324, &[8]).long(325, &[12])
+        t.long(322, &[side])
+            .long(323, &[side])
+            .long(324, &[8])
+            .long(325, &[12])
     }
     for (name, bytes, words) in [
         ("a.tif", b"no raster".to_vec(), &["signature"][..]),
         ("b.tif", vec![], &["signature"]),
         ("c.tif", Tiff::small().bytes()[..30].to_vec(), &["cut off"]),
-        ("d.tif", with(|t| t.long(256, &[60_000]).long(257, &[60_000]).long(278, &[60_000])), &["60000 x 60000 posts", "coarser"]),
-        ("e.tif", with(|t| t.long(256, &[10_000]).long(257, &[10_000]).long(278, &[10_000])), &["do not fit"]),
-        ("f.tif", with(|t| t.long(256, &[0])), &["no readable TIFF", "0x2"]),
-        ("g.tif", with(|t| t.long(273, &[4_000_000_000])), &["strip or tile 0", "cut off"]),
-        ("h.tif", with(|t| t.long(279, &[4_000_000_000])), &["strip or tile 0"]),
+        (
+            "d.tif",
+            with(|t| {
+                t.long(256, &[60_000])
+                    .long(257, &[60_000])
+                    .long(278, &[60_000])
+            }),
+            &["60000 x 60000 posts", "coarser"],
+        ),
+        (
+            "e.tif",
+            with(|t| {
+                t.long(256, &[10_000])
+                    .long(257, &[10_000])
+                    .long(278, &[10_000])
+            }),
+            &["do not fit"],
+        ),
+        (
+            "f.tif",
+            with(|t| t.long(256, &[0])),
+            &["no readable TIFF", "0x2"],
+        ),
+        (
+            "g.tif",
+            with(|t| t.long(273, &[4_000_000_000])),
+            &["strip or tile 0", "cut off"],
+        ),
+        (
+            "h.tif",
+            with(|t| t.long(279, &[4_000_000_000])),
+            &["strip or tile 0"],
+        ),
         ("i.tif", with(|t| t.short(278, &[0])), &["no readable TIFF"]),
         ("j.tif", with(|t| t.short(277, &[3])), &["gdal_translate"]),
-        ("k.tif", with(|t| t.short(259, &[50_000])), &["not supported", "COMPRESS=DEFLATE"]),
-        ("l.tif", with(|t| t.without(33922)), &["does not say where it lies"]),
-        ("m.tif", with(|t| t.double(33550, &[0.0, 0.0, 0.0])), &["spacing must be positive"]),
-        ("n.tif", with(|t| t.double(33550, &[f64::NAN, 1.0, 0.0])), &["origin must be finite"]),
-        ("o.tif", with(|t| t.short(34735, &[1, 1, 0, 900, 1024, 0, 1, 1])), &["GeoKeyDirectory"]),
-        ("p.tif", with(|t| t.short(34735, &[1, 1, 0, 1, 1024, 0, 1, 3])), &["model type 3", "gdalwarp"]),
-        ("q.tif", with(|t| t.short(34735, &[1, 1, 0, 1, 4099, 0, 1, 9002])), &["heights in unit EPSG:9002"]),
-        ("r.tif", with(|t| t.put(42113, ASCII, b"hole\0", 5)), &["GDAL_NODATA", "hole"]),
+        (
+            "k.tif",
+            with(|t| t.short(259, &[50_000])),
+            &["not supported", "COMPRESS=DEFLATE"],
+        ),
+        (
+            "l.tif",
+            with(|t| t.without(33922)),
+            &["does not say where it lies"],
+        ),
+        (
+            "m.tif",
+            with(|t| t.double(33550, &[0.0, 0.0, 0.0])),
+            &["spacing must be positive"],
+        ),
+        (
+            "n.tif",
+            with(|t| t.double(33550, &[f64::NAN, 1.0, 0.0])),
+            &["origin must be finite"],
+        ),
+        (
+            "o.tif",
+            with(|t| t.short(34735, &[1, 1, 0, 900, 1024, 0, 1, 1])),
+            &["GeoKeyDirectory"],
+        ),
+        (
+            "p.tif",
+            with(|t| t.short(34735, &[1, 1, 0, 1, 1024, 0, 1, 3])),
+            &["model type 3", "gdalwarp"],
+        ),
+        (
+            "q.tif",
+            with(|t| t.short(34735, &[1, 1, 0, 1, 4099, 0, 1, 9002])),
+            &["heights in unit EPSG:9002"],
+        ),
+        (
+            "r.tif",
+            with(|t| t.put(42113, ASCII, b"hole\0", 5)),
+            &["GDAL_NODATA", "hole"],
+        ),
         ("s.tif", with(|t| tiled(t, 3_000_000_000)), &["do not fit"]),
         ("t.tif", with(|t| tiled(t, 0)), &["t.tif"]),
-        ("u.tif", with(|t| t.short(259, &[8]).holding(b"no deflate")), &["strip or tile 0"]),
+        (
+            "u.tif",
+            with(|t| t.short(259, &[8]).holding(b"no deflate")),
+            &["strip or tile 0"],
+        ),
         (
             "v.tif",
             with(|t| {
-                t.short(259, &[8]).long(279, &[bomb.len() as u32]).long(256, &[10_000]).long(257, &[20_000]);
+                t.short(259, &[8])
+                    .long(279, &[bomb.len() as u32])
+                    .long(256, &[10_000])
+                    .long(257, &[20_000]);
                 t.long(278, &[20_000]).holding(&bomb) // 40 MB of the 400 MB that the raster takes
             }),
             &["v.tif"],
         ),
-        ("a.asc", b"ncols 3\nnrows\n".to_vec(), &["line 3", "number after \"nrows\""]),
-        ("b.asc", ASC.replace("6.5", "six").into(), &["line 8", "\"six\""]),
-        ("c.asc", ASC.replace("6.5", "").into(), &["line 8", "5 of 6 heights"]),
-        ("d.asc", ASC.replace("6.5", "6.5 7").into(), &["line 8", "more than the 6"]),
-        ("e.asc", ASC.replace("ncols 3", "ncols 30000").into(), &["60000 heights", "room for"]),
-        ("f.asc", ASC.replace("ncols 3", "ncols 99999999999").into(), &["99999999999 x 2 posts"]),
-        ("g.asc", ASC.replace("ncols 3", "ncols 2.5").into(), &["ncols"]),
-        ("h.asc", ASC.replace("cellsize 10", "cellsize -10").into(), &["cellsize"]),
-        ("i.asc", ASC.replace("cellsize 10", "cellsize inf").into(), &["line 5"]),
-        ("j.asc", ASC.replace("cellsize", "celsize").into(), &["line 5", "celsize"]),
+        (
+            "a.asc",
+            b"ncols 3\nnrows\n".to_vec(),
+            &["line 3", "number after \"nrows\""],
+        ),
+        (
+            "b.asc",
+            ASC.replace("6.5", "six").into(),
+            &["line 8", "\"six\""],
+        ),
+        (
+            "c.asc",
+            ASC.replace("6.5", "").into(),
+            &["line 8", "5 of 6 heights"],
+        ),
+        (
+            "d.asc",
+            ASC.replace("6.5", "6.5 7").into(),
+            &["line 8", "more than the 6"],
+        ),
+        (
+            "e.asc",
+            ASC.replace("ncols 3", "ncols 30000").into(),
+            &["60000 heights", "room for"],
+        ),
+        (
+            "f.asc",
+            ASC.replace("ncols 3", "ncols 99999999999").into(),
+            &["99999999999 x 2 posts"],
+        ),
+        (
+            "g.asc",
+            ASC.replace("ncols 3", "ncols 2.5").into(),
+            &["ncols"],
+        ),
+        (
+            "h.asc",
+            ASC.replace("cellsize 10", "cellsize -10").into(),
+            &["cellsize"],
+        ),
+        (
+            "i.asc",
+            ASC.replace("cellsize 10", "cellsize inf").into(),
+            &["line 5"],
+        ),
+        (
+            "j.asc",
+            ASC.replace("cellsize", "celsize").into(),
+            &["line 5", "celsize"],
+        ),
         ("k.asc", vec![b'7'; 5_000_000], &["line 1", "no ASCII grid"]),
         ("l.asc", vec![0xff; 100], &["line 1"]),
         ("m.asc", ASC.replace("6.5", "1e99").into(), &["infinite"]),
@@ -352,9 +540,17 @@ fn broken_files_are_refused_with_the_place() {
         ("N41W106.hgt", vec![0; 2], &["2 bytes"]),
         ("N42W106.hgt", vec![0; 9], &["9 bytes"]),
         ("a.png", b"no picture".to_vec(), &["a.png"]),
-        ("b.png", picture(2, 1, &[10, 0, 0, 10, 0, 0]), &["--encoding"]),
+        (
+            "b.png",
+            picture(2, 1, &[10, 0, 0, 10, 0, 0]),
+            &["--encoding"],
+        ),
         ("c.png", picture(2, 1, &[1; 6])[..50].to_vec(), &["c.png"]),
-        ("d.png", picture(4000, 4000, &vec![1; 48_000_000])[..9000].to_vec(), &["d.png"]),
+        (
+            "d.png",
+            picture(4000, 4000, &vec![1; 48_000_000])[..9000].to_vec(),
+            &["d.png"],
+        ),
         ("a.dem", vec![], &[".asc"]),
     ] {
         match read_bytes(name, &bytes) {
@@ -375,7 +571,11 @@ fn damaged_files_never_panic() {
     tiled.data = deflated(&[7; 512]);
     tiled.short(259, &[8]).short(317, &[2]);
     let length = tiled.data.len() as u32;
-    tiled.long(322, &[16]).long(323, &[16]).long(324, &[8]).long(325, &[length]);
+    tiled
+        .long(322, &[16])
+        .long(323, &[16])
+        .long(324, &[8])
+        .long(325, &[length]);
     let originals = [
         ("a.tif", Tiff::small().bytes()),
         ("b.tif", tiled.bytes()),
@@ -417,5 +617,8 @@ fn damaged_files_never_panic() {
             }
         }
     }
-    assert!(taken > 500 && refused > 500, "{taken} taken, {refused} refused");
+    assert!(
+        taken > 500 && refused > 500,
+        "{taken} taken, {refused} refused"
+    );
 }

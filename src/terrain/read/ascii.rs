@@ -7,9 +7,9 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
+use super::Options;
 use super::error::{Place, ReadError};
 use super::raster::{Raster, assumed, count, field, grid};
-use super::Options;
 use crate::terrain::Grid;
 
 /// What the format says where the header does not.
@@ -154,7 +154,13 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
         return Err(ReadError::malformed(path, Place::File, reason));
     }
     let nodata = header.nodata.unwrap_or(USUAL_NODATA);
-    let height = |value: f64| if value == nodata { f32::NAN } else { value as f32 };
+    let height = |value: f64| {
+        if value == nodata {
+            f32::NAN
+        } else {
+            value as f32
+        }
+    };
     let mut heights = Vec::with_capacity(posts);
     heights.extend(first.map(height));
     let mut last_line = first_line;

@@ -114,7 +114,12 @@ fn cells<R: Read + Seek>(
 ) -> Result<([f64; 2], [f64; 2]), ReadError> {
     let scale = numbers(path, decoder, Tag::ModelPixelScaleTag, "ModelPixelScale")?;
     let tie = numbers(path, decoder, Tag::ModelTiepointTag, "ModelTiepoint")?;
-    let matrix = numbers(path, decoder, Tag::ModelTransformationTag, "ModelTransformation")?;
+    let matrix = numbers(
+        path,
+        decoder,
+        Tag::ModelTransformationTag,
+        "ModelTransformation",
+    )?;
     match (scale.as_deref(), tie.as_deref(), matrix.as_deref()) {
         (Some(&[dx, dy, ..]), Some(&[column, row, _, x, y, _]), _) => {
             Ok(([x - column * dx, y + row * dy], [dx, dy]))
@@ -132,7 +137,11 @@ fn cells<R: Read + Seek>(
         }),
         _ => {
             let reason = "the file does not say where it lies; add a georeference, for example with gdal_translate -a_ullr";
-            Err(ReadError::malformed(path, Place::Tag("ModelTiepoint"), reason))
+            Err(ReadError::malformed(
+                path,
+                Place::Tag("ModelTiepoint"),
+                reason,
+            ))
         }
     }
 }
@@ -149,9 +158,8 @@ fn numbers<R: Read + Seek>(
 }
 
 fn keys<R: Read + Seek>(path: &Path, decoder: &mut Decoder<R>) -> Result<Keys, ReadError> {
-    let malformed = |reason: String| {
-        ReadError::malformed(path, Place::Tag("GeoKeyDirectory"), reason)
-    };
+    let malformed =
+        |reason: String| ReadError::malformed(path, Place::Tag("GeoKeyDirectory"), reason);
     let words = decoder
         .find_tag_unsigned_vec::<u16>(Tag::GeoKeyDirectoryTag)
         .map_err(|e| malformed(e.to_string()))?
@@ -161,7 +169,10 @@ fn keys<R: Read + Seek>(path: &Path, decoder: &mut Decoder<R>) -> Result<Keys, R
     };
     let count = usize::from(head[3]);
     if head[0] != 1 || entries.len() < count * 4 {
-        let reason = format!("{} numbers are no version 1 directory of {count} keys", words.len());
+        let reason = format!(
+            "{} numbers are no version 1 directory of {count} keys",
+            words.len()
+        );
         return Err(malformed(reason));
     }
     let (entries, _) = entries.as_chunks::<4>();
@@ -169,10 +180,7 @@ fn keys<R: Read + Seek>(path: &Path, decoder: &mut Decoder<R>) -> Result<Keys, R
 }
 
 /// GDAL writes the number as text.
-fn nodata<R: Read + Seek>(
-    path: &Path,
-    decoder: &mut Decoder<R>,
-) -> Result<Option<f64>, ReadError> {
+fn nodata<R: Read + Seek>(path: &Path, decoder: &mut Decoder<R>) -> Result<Option<f64>, ReadError> {
     let malformed = |reason: String| ReadError::malformed(path, Place::Tag("GDAL_NODATA"), reason);
     let value = decoder.find_tag(Tag::GdalNodata);
     let Some(value) = value.map_err(|e| malformed(e.to_string()))? else {

@@ -11,10 +11,10 @@ use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 use tiff::{ColorType, TiffError};
 
+use super::Options;
 use super::error::{Place, ReadError};
 use super::geokeys::{self, Georeference};
 use super::raster::{Raster, count, field};
-use super::Options;
 
 /// No compression known here packs more: LZW reaches 2,700 times, deflate 1,032 times.
 const MOST_PACKED: u64 = 4096;
@@ -41,7 +41,8 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
     let (wide, high) = decoder.chunk_dimensions();
     let held = u64::from(chunks.present()) * u64::from(wide) * u64::from(high.min(rows));
     if held.saturating_mul(bits / 8) > length.saturating_mul(MOST_PACKED) {
-        let reason = format!("{columns} x {rows} samples of {bits} bits do not fit into {length} bytes");
+        let reason =
+            format!("{columns} x {rows} samples of {bits} bits do not fit into {length} bytes");
         return Err(ReadError::malformed(path, Place::File, reason));
     }
     let mut decoder = decoder.with_limits(limits(posts, bits, length));
@@ -57,8 +58,15 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
             return Err(ReadError::malformed(path, Place::Chunk(chunk), reason));
         }
         let (across, down) = (chunk % chunks.across, chunk / chunks.across);
-        let (left, top) = (across as usize * wide as usize, down as usize * high as usize);
-        for (row, line) in samples.chunks_exact(width as usize).take(height as usize).enumerate() {
+        let (left, top) = (
+            across as usize * wide as usize,
+            down as usize * high as usize,
+        );
+        for (row, line) in samples
+            .chunks_exact(width as usize)
+            .take(height as usize)
+            .enumerate()
+        {
             let start = (top + row) * columns as usize + left;
             let Some(out) = heights.get_mut(start..start + line.len()) else {
                 let reason = "reaches beyond the raster";
@@ -115,14 +123,21 @@ impl Chunks {
         let malformed = |reason: String| ReadError::malformed(path, Place::Tag(name), reason);
         let (wide, high) = decoder.chunk_dimensions();
         if wide == 0 || high == 0 {
-            return Err(malformed(format!("{wide} x {high} samples are no strip or tile")));
+            return Err(malformed(format!(
+                "{wide} x {high} samples are no strip or tile"
+            )));
         }
         let (across, down) = (columns.div_ceil(wide), rows.div_ceil(high));
         let bytes = decoder.find_tag_unsigned_vec::<u64>(tag);
-        let bytes = bytes.map_err(|e| malformed(e.to_string()))?.unwrap_or_default();
+        let bytes = bytes
+            .map_err(|e| malformed(e.to_string()))?
+            .unwrap_or_default();
         let count = u64::from(across) * u64::from(down);
         if bytes.len() as u64 != count {
-            let reason = format!("lists {} strips or tiles where there are {count}", bytes.len());
+            let reason = format!(
+                "lists {} strips or tiles where there are {count}",
+                bytes.len()
+            );
             return Err(malformed(reason));
         }
         Ok(Self {
@@ -174,9 +189,11 @@ fn refused(path: &Path, place: Place, error: TiffError) -> ReadError {
             feature: what.to_string(),
             way_out: "write it anew, for example with gdal_translate -co COMPRESS=DEFLATE",
         },
-        TiffError::LimitsExceeded | TiffError::IntSizeError => {
-            ReadError::malformed(path, place, "asks for more memory than its raster or the file takes")
-        }
+        TiffError::LimitsExceeded | TiffError::IntSizeError => ReadError::malformed(
+            path,
+            place,
+            "asks for more memory than its raster or the file takes",
+        ),
         TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
             ReadError::malformed(path, place, "cut off")
         }

@@ -6,9 +6,9 @@
 
 use std::path::Path;
 
+use super::Options;
 use super::error::{Place, ReadError};
 use super::raster::{Raster, Units, count, field, grid};
-use super::Options;
 
 const VOID: i16 = i16::MIN;
 
@@ -58,7 +58,11 @@ fn corner(path: &Path) -> Option<[f64; 2]> {
             c if c == signs[1] => true,
             _ => return None,
         };
-        Some(if negative { -f64::from(size) } else { f64::from(size) })
+        Some(if negative {
+            -f64::from(size)
+        } else {
+            f64::from(size)
+        })
     };
     let latitude = degrees(0..3, ['N', 'S'], 90)?;
     let longitude = degrees(3..7, ['E', 'W'], 180)?;

@@ -26,7 +26,11 @@ impl Raster {
     /// # Errors
     /// [`ReadError::CrsMismatch`] where the raster cannot be brought into `wanted`, and
     /// [`ReadError::Unsupported`] for a raster beyond the reach of one zone. `path` is named.
-    pub fn to_metres(self, path: &std::path::Path, wanted: Option<&str>) -> Result<Self, ReadError> {
+    pub fn to_metres(
+        self,
+        path: &std::path::Path,
+        wanted: Option<&str>,
+    ) -> Result<Self, ReadError> {
         let mismatch = |found: &str| ReadError::CrsMismatch {
             path: path.to_owned(),
             found: found.to_owned(),
@@ -44,7 +48,10 @@ impl Raster {
             way_out: "project it onto a plane, for example with gdalwarp -t_srs, or cut it",
         };
         let [low, high] = reach(&self.field);
-        let middle = [f64::midpoint(low[0], high[0]), f64::midpoint(low[1], high[1])];
+        let middle = [
+            f64::midpoint(low[0], high[0]),
+            f64::midpoint(low[1], high[1]),
+        ];
         let zone = match wanted {
             Some(crs) => Zone::from_crs(crs)
                 .ok_or_else(|| mismatch(self.crs.as_deref().unwrap_or("degrees")))?,
@@ -63,7 +70,9 @@ impl Raster {
         let mut heights = Vec::with_capacity(posts);
         for row in (0..grid.rows()).rev() {
             heights.extend((0..grid.columns()).map(|column| {
-                let height = plane.degrees([grid.x(column), grid.y(row)]).and_then(|p| bilinear(&self.field, p));
+                let height = plane
+                    .degrees([grid.x(column), grid.y(row)])
+                    .and_then(|p| bilinear(&self.field, p));
                 height.unwrap_or(f32::NAN)
             }));
         }
@@ -79,7 +88,10 @@ impl Raster {
 fn reach(field: &HeightField) -> [[f64; 2]; 2] {
     let grid = field.grid();
     let (last_column, last_row) = (grid.columns() - 1, grid.rows() - 1);
-    [[grid.x(0), grid.y(0)], [grid.x(last_column), grid.y(last_row)]]
+    [
+        [grid.x(0), grid.y(0)],
+        [grid.x(last_column), grid.y(last_row)],
+    ]
 }
 
 /// The height between the four posts around a position; `None` outside and at no data.

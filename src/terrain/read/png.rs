@@ -10,9 +10,9 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, Transformations};
 
+use super::Options;
 use super::error::{Place, ReadError};
 use super::raster::{Raster, assumed, count, field, grid};
-use super::Options;
 use crate::terrain::Grid;
 
 /// How heights are coded. Heights of the Earth tell the two apart by red: up to 2 in the one,
@@ -36,7 +36,9 @@ impl Encoding {
 
     /// The one that makes every height one of the Earth.
     fn told_by(reds: impl Iterator<Item = u8>) -> Option<Self> {
-        let (low, high) = reds.fold((u8::MAX, 0), |(low, high), red| (low.min(red), high.max(red)));
+        let (low, high) = reds.fold((u8::MAX, 0), |(low, high), red| {
+            (low.min(red), high.max(red))
+        });
         if high <= 2 {
             Some(Self::TerrainRgb)
         } else if low >= 80 && high <= 163 {
@@ -75,10 +77,15 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
     }
     let bytes = reader.output_buffer_size();
     let mut pixels = vec![0; bytes.unwrap_or(posts * channels)];
-    reader.next_frame(&mut pixels).map_err(|e| malformed(e.to_string()))?;
+    reader
+        .next_frame(&mut pixels)
+        .map_err(|e| malformed(e.to_string()))?;
     let pixels = &pixels[..pixels.len().min(posts * channels)];
     let opaque = |pixel: &&[u8]| pixel.get(3) != Some(&0);
-    let reds = pixels.chunks_exact(channels).filter(opaque).map(|pixel| pixel[0]);
+    let reds = pixels
+        .chunks_exact(channels)
+        .filter(opaque)
+        .map(|pixel| pixel[0]);
     let told = options.encoding.or_else(|| Encoding::told_by(reds));
     let encoding = told.ok_or_else(|| {
         malformed("its reds are those of neither coding of the Earth's heights; give --encoding terrain-rgb or terrarium".into())
@@ -103,7 +110,10 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
 fn place(path: &Path, options: &Options, columns: u32, rows: u32) -> Result<Grid, ReadError> {
     let malformed = |reason: &str| ReadError::malformed(path, Place::File, reason);
     let [west, north, dx, dy] = if let Some([west, south, east, north]) = options.bounds {
-        let (dx, dy) = ((east - west) / f64::from(columns), (north - south) / f64::from(rows));
+        let (dx, dy) = (
+            (east - west) / f64::from(columns),
+            (north - south) / f64::from(rows),
+        );
         [west + dx / 2.0, north - dy / 2.0, dx, dy]
     } else {
         let beside = ["pgw", "wld"].map(|e| path.with_extension(e));
