@@ -1,0 +1,202 @@
+use citylod::terrain::{Criterion, Detail, Ground, HeightField, Knobs, Layout, Workers, select};
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+
+use super::examine::{examine, measure};
+use super::places::{between, extent, flat, from_above, made_up, real_grounds, rng, view};
+
+/// What f64 rounding may do to an error computed in two ways.
+const PIXEL_ROUNDING: f64 = 1.0 + 1e-12;
+
+/// Random knobs, from everything split to nothing.
+fn detail(rng: &mut Pcg64Mcg, criterion: Criterion, reach: f64) -> Detail {
+    let scale = 10.0_f64.powf(between(rng, -1.0, 4.0));
+    let fineness = scale.sqrt();
+    let motion = criterion == Criterion::Motion;
+    Detail {
+        criterion,
+        knobs: Knobs {
+            c1: if motion { 1.0 / (reach * scale) } else { fineness },
+            c2: if motion { 0.1 } else { fineness },
+            speed_mps: [0.0, 3.0, 50.0][rng.random_range(0..3)],
+            threshold: scale,
+        },
+        subdivide_within: [0.0, reach * 0.3, reach, f64::INFINITY][rng.random_range(0..4)],
+        max_triangles: None,
+    }
+}
+
+fn cut(rng: &mut Pcg64Mcg, field: &HeightField) -> Ground {
+    let levels = if rng.random_bool(0.5) { rng.random_range(1..=7) } else { 5 };
+    Ground::cut(field, &Layout::with_levels(*field.grid(), levels))
+}
+
+/// Every law of a selection, for each criterion in one view.
+fn laws_hold(rng: &mut Pcg64Mcg, field: &HeightField, ground: &Ground) {
+    let (_, reach) = extent(field);
+    let whole = rng.random_bool(0.3);
+    let view = if whole {
+        let radii = between(rng, 1.0, 20.0);
+        from_above(field, radii)
+    } else {
+        view(rng, field)
+    };
+    for criterion in Criterion::ALL {
+        let detail = detail(rng, criterion, reach);
+        let selection = select(ground, &view, &detail, Workers::One).unwrap();
+        let mesh = selection.mesh(ground);
+        assert_eq!(mesh.triangles.len(), selection.triangles());
+        examine(field, &mesh, (!whole).then_some(&view));
+        let found = measure(field, &mesh, &view);
+        let (measured, certified) = (found.error_px, selection.error_px());
+        assert!(
+            measured <= certified * PIXEL_ROUNDING,
+            "{criterion:?}: {measured} px is more than the certified {certified}"
+        );
+        let parallel = select(ground, &view, &detail, Workers::Pool).unwrap();
+        assert_eq!(parallel.cut(), selection.cut(), "threads change the cut");
+    }
+}
+
+#[test]
+fn made_up_ground_is_watertight_covered_once_and_as_wrong_as_certified() {
+    (0..800_u64).into_par_iter().for_each(|seed| {
+        let mut rng = rng(seed);
+        let field = made_up(&mut rng);
+        let ground = cut(&mut rng, &field);
+        laws_hold(&mut rng, &field, &ground);
+    });
+}
+
+#[test]
+fn real_ground_is_watertight_covered_once_and_as_wrong_as_certified() {
+    real_grounds().into_par_iter().for_each(|(name, field)| {
+        println!("{name}");
+        let grounds = [5, 6, 7].map(|n| Ground::cut(&field, &Layout::with_levels(*field.grid(), n)));
+        (0..60_u64).into_par_iter().for_each(|seed| {
+            let mut rng = rng(seed + 1_000_000);
+            laws_hold(&mut rng, &field, &grounds[seed as usize % 3]);
+        });
+    });
+}
+
+#[test]
+fn flat_ground_is_two_triangles_a_block() {
+    for size in [[2, 2], [17, 17], [65, 33], [100, 100], [130, 257]] {
+        let field = flat(size);
+        for levels in 4..=7 {
+            let ground = Ground::cut(&field, &Layout::with_levels(*field.grid(), levels));
+            for criterion in Criterion::ALL {
+                let detail = Detail { criterion, ..Detail::default() };
+                let selection =
+                    select(&ground, &from_above(&field, 2.0), &detail, Workers::One).unwrap();
+                assert_eq!(selection.triangles(), 2 * ground.layout().block_count());
+                assert_eq!(selection.error_px(), 0.0);
+            }
+        }
+    }
+}
+
+/// Fewer triangles as a knob asks for less, or the eye goes up.
+#[test]
+fn selections_shrink_with_the_knobs_and_with_distance() {
+    let mut fields: Vec<HeightField> = (0..40).map(|seed| made_up(&mut rng(seed + 5_000))).collect();
+    fields.extend(real_grounds().into_iter().map(|(_, field)| field));
+    fields.par_iter().enumerate().for_each(|(seed, field)| {
+        let mut rng = rng(seed as u64 + 6_000);
+        let ground = cut(&mut rng, field);
+        let (_, reach) = extent(field);
+        for criterion in Criterion::ALL {
+            let mut start = detail(&mut rng, criterion, reach);
+            let triangles = |detail: &Detail, radii: f64| {
+                let view = from_above(field, radii);
+                select(&ground, &view, detail, Workers::One).unwrap().triangles()
+            };
+            let mut fewer = |change: &dyn Fn(&mut Knobs)| {
+                let (mut now, mut last) = (start, usize::MAX);
+                let mut counts = Vec::new();
+                for _ in 0..8 {
+                    let count = triangles(&now, 2.0);
+                    assert!(count <= last, "{criterion:?}: {last} became {count}");
+                    last = count;
+                    counts.push(count);
+                    change(&mut now.knobs);
+                }
+                counts
+            };
+            match criterion {
+                Criterion::Roughness | Criterion::Error => {
+                    fewer(&|knobs| knobs.c1 /= 2.0);
+                    fewer(&|knobs| knobs.c2 /= 2.0);
+                }
+                // Here C1, C2 and the speed stand in the denominator.
+                Criterion::Motion => {
+                    fewer(&|knobs| knobs.c1 *= 2.0);
+                    fewer(&|knobs| knobs.c2 *= 2.0);
+                    fewer(&|knobs| knobs.speed_mps = (knobs.speed_mps * 2.0).max(1.0));
+                }
+                Criterion::Vertex => {
+                    fewer(&|knobs| knobs.threshold /= 2.0);
+                }
+            }
+            // B's rule changes with distance by itself: it may only be compared at one reach.
+            for reach in [0.0, f64::INFINITY] {
+                start.subdivide_within = reach;
+                let mut last = usize::MAX;
+                for radii in [1.5, 3.0, 6.0, 12.0, 50.0, 1e6] {
+                    let count = triangles(&start, radii);
+                    assert!(count <= last, "{criterion:?} at {radii}: {last} became {count}");
+                    last = count;
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn knobs_change_what_is_drawn() {
+    let mut rng = rng(1);
+    let field = loop {
+        let field = made_up(&mut rng);
+        if field.grid().count() > 2_000 && field.heights().iter().all(|z| !z.is_nan()) {
+            break field;
+        }
+    };
+    let ground = Ground::cut(&field, &Layout::with_levels(*field.grid(), 6));
+    for criterion in Criterion::ALL {
+        let count = |share: f64| {
+            let knobs = criterion.share(&Knobs::default(), share);
+            let detail = Detail { criterion, knobs, ..Detail::default() };
+            let view = from_above(&field, 3.0);
+            select(&ground, &view, &detail, Workers::One).unwrap().triangles()
+        };
+        assert!(count(1e9) > 4 * count(1e-9), "{criterion:?}");
+    }
+}
+
+#[test]
+fn a_budget_is_kept_and_used() {
+    (0..60_u64).into_par_iter().for_each(|seed| {
+        let mut rng = rng(seed + 9_000);
+        let field = made_up(&mut rng);
+        let ground = cut(&mut rng, &field);
+        let (_, reach) = extent(&field);
+        let view = view(&mut rng, &field);
+        for criterion in Criterion::ALL {
+            let unbounded = detail(&mut rng, criterion, reach);
+            let count = |max_triangles| {
+                let detail = Detail { max_triangles, ..unbounded };
+                let selection = select(&ground, &view, &detail, Workers::One).unwrap();
+                examine(&field, &selection.mesh(&ground), Some(&view));
+                selection.triangles()
+            };
+            let (all, least) = (count(None), count(Some(0)));
+            for most in [all, all / 2, all / 7] {
+                let kept = count(Some(most));
+                assert!(kept <= most.max(least), "{kept} triangles of {most}");
+            }
+            assert_eq!(count(Some(all)), all);
+        }
+    });
+}
