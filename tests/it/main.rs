@@ -63,6 +63,8 @@ mod support;
 mod terrain_pyramid;
 /// Elevation files: every format against rasterio, and what is said of broken ones.
 mod terrain_read;
+/// Stores of tiles against plain lists.
+mod terrain_store;
 /// The sources keep the layer table and the house rules.
 mod tidy;
 /// Files that a test writes, damages and imports.
