@@ -59,6 +59,8 @@ mod service;
 mod stability;
 /// Random scenes and cameras.
 mod support;
+/// The ground: blocks, criteria, meshes without cracks, heights between posts.
+mod terrain;
 /// The sources keep the layer table and the house rules.
 mod tidy;
 /// Files that a test writes, damages and imports.
