@@ -141,7 +141,12 @@ impl Block {
             at.map_or(Ok(()), |index| Err(BlockError::Number { what, index }))
         };
         number("record", records.iter().position(|r| !r.is_sound()))?;
-        number("height", heights.iter().position(|z| z.is_infinite()))?;
+        number(
+            "height",
+            heights
+                .iter()
+                .position(|z| z.abs() > HeightField::HIGHEST_M),
+        )?;
         Ok(Self {
             levels,
             records,

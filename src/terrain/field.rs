@@ -61,13 +61,19 @@ pub enum FieldError {
         /// Columns times rows.
         expected: usize,
     },
-    /// A height is infinite; unknown heights are NaN.
-    #[error("the height at column {column}, row {row} is infinite; write NaN where none is known")]
-    Infinite {
+    /// Not a height on Earth, often a mark for unknown that nobody declared.
+    #[error(
+        "the height at column {column}, row {row} is {height}, more than {} m from zero; write \
+         NaN where none is known",
+        HeightField::HIGHEST_M
+    )]
+    Height {
         /// From the west.
         column: u32,
         /// From the south.
         row: u32,
+        /// As given.
+        height: f32,
     },
 }
 
@@ -141,10 +147,14 @@ impl Grid {
 }
 
 impl HeightField {
+    /// Farthest that a height may be from zero, m: errors and ranges stay within 32 bits.
+    pub const HIGHEST_M: f32 = 1e9;
+
     /// Heights row by row from the south, each row from the west.
     ///
     /// # Errors
-    /// [`FieldError`] when there is not one height for each post, or one is infinite.
+    /// [`FieldError`] when there is not one height for each post, or one is beyond
+    /// [`HeightField::HIGHEST_M`].
     pub fn new(grid: Grid, heights: Vec<f32>) -> Result<Self, FieldError> {
         if heights.len() != grid.count() {
             return Err(FieldError::Count {
@@ -152,10 +162,11 @@ impl HeightField {
                 expected: grid.count(),
             });
         }
-        if let Some(at) = heights.iter().position(|z| z.is_infinite()) {
-            return Err(FieldError::Infinite {
+        if let Some(at) = heights.iter().position(|z| z.abs() > Self::HIGHEST_M) {
+            return Err(FieldError::Height {
                 column: (at % grid.columns as usize) as u32,
                 row: (at / grid.columns as usize) as u32,
+                height: heights[at],
             });
         }
         Ok(Self { grid, heights })

@@ -132,6 +132,18 @@ impl Ground {
         block.map_or(f32::NAN, |block| block.height(self.root(node), post))
     }
 
+    /// Height of a post by column and row of the raster, m; beyond the last one that of the last
+    /// one. NaN where unknown or not in memory.
+    pub fn post(&self, column: u32, row: u32) -> f32 {
+        let ([across, up], levels) = (self.layout.blocks(), self.layout.levels());
+        let block = Node {
+            level: 0,
+            x: (column >> levels).min(across.saturating_sub(1)),
+            y: (row >> levels).min(up.saturating_sub(1)),
+        };
+        self.height(block, [column, row])
+    }
+
     /// Box around the posts of a node and around every surface that may be drawn in it;
     /// [`Aabb::EMPTY`] where it has no ground.
     pub fn bounds(&self, node: Node, record: &NodeRecord) -> Aabb {

@@ -59,6 +59,8 @@ mod service;
 mod stability;
 /// Random scenes and cameras.
 mod support;
+/// The ground: blocks, criteria, meshes without cracks, heights between posts.
+mod terrain;
 /// The pyramid of tiles: what goes into the file comes back out of it, or is refused.
 mod terrain_pyramid;
 /// Elevation files: every format against rasterio, and what is said of broken ones.

@@ -5,7 +5,7 @@ use proj4rs::transform::transform;
 
 use super::error::ReadError;
 use super::raster::{Raster, Units, count, field, grid};
-use crate::terrain::HeightField;
+use crate::terrain::{HeightField, Interpolation};
 
 /// Farthest from the zone's central meridian, degrees; beyond it the plane is too distorted.
 const MOST_DEGREES: f64 = 12.0;
@@ -16,7 +16,7 @@ impl Raster {
     /// The same heights on a plane, in metres.
     ///
     /// A raster in metres stays as it is. One in degrees is drawn anew in a UTM zone on WGS 84,
-    /// that of `wanted` or else of the raster's middle: a north-up grid with posts as far apart as
+    /// that of `wanted` (`EPSG:326zz`, `327zz`, or `258zz` on ETRS89) or else of the raster's middle: a north-up grid with posts as far apart as
     /// the raster's are at its middle, each height interpolated bilinearly between the four posts
     /// around it, no data where one of them is. Longitudes and latitudes are taken for WGS 84,
     /// which those of other modern systems differ from by no more than about two metres.
@@ -70,15 +70,15 @@ impl Raster {
         let mut heights = Vec::with_capacity(posts);
         for row in (0..grid.rows()).rev() {
             heights.extend((0..grid.columns()).map(|column| {
-                let height = plane
-                    .degrees([grid.x(column), grid.y(row)])
-                    .and_then(|p| bilinear(&self.field, p));
-                height.unwrap_or(f32::NAN)
+                let at = plane.degrees([grid.x(column), grid.y(row)]);
+                let height =
+                    at.and_then(|[x, y]| self.field.height_at(x, y, Interpolation::Bilinear));
+                height.map_or(f32::NAN, |z| z as f32)
             }));
         }
         Ok(Self {
             field: field(path, grid, heights)?,
-            crs: Some(zone.crs()),
+            crs: Some(wanted.map_or_else(|| zone.crs(), str::to_owned)),
             units: Units::Metres,
         })
     }
@@ -94,34 +94,8 @@ fn reach(field: &HeightField) -> [[f64; 2]; 2] {
     ]
 }
 
-/// The height between the four posts around a position; `None` outside and at no data.
-fn bilinear(field: &HeightField, at: [f64; 2]) -> Option<f32> {
-    let grid = field.grid();
-    let counts = [grid.columns(), grid.rows()];
-    let cell = |axis: usize| {
-        let along = (at[axis] - grid.origin()[axis]) / grid.spacing()[axis];
-        let last = f64::from(counts[axis] - 1);
-        (0.0..=last).contains(&along).then(|| {
-            let low = along.floor().min((last - 1.0).max(0.0));
-            (low as u32, along - low)
-        })
-    };
-    let ((column, fx), (row, fy)) = (cell(0)?, cell(1)?);
-    let mut sum = 0.0;
-    for (dc, dr, weight) in [
-        (0, 0, (1.0 - fx) * (1.0 - fy)),
-        (1, 0, fx * (1.0 - fy)),
-        (0, 1, (1.0 - fx) * fy),
-        (1, 1, fx * fy),
-    ] {
-        if weight > 0.0 {
-            sum += weight * f64::from(field.height(column + dc, row + dr));
-        }
-    }
-    (!sum.is_nan()).then_some(sum as f32)
-}
-
-/// Number and half of the globe: `EPSG:326zz` (north) or `EPSG:327zz` (south).
+/// Number and half of the globe: `EPSG:326zz` or, within a metre of it, `EPSG:258zz` (north),
+/// `EPSG:327zz` (south).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Zone {
     number: u8,
@@ -140,7 +114,11 @@ impl Zone {
     fn from_crs(crs: &str) -> Option<Self> {
         let code: u16 = crs.strip_prefix("EPSG:")?.parse().ok()?;
         let number = (code % 100) as u8;
-        let known = matches!(code / 100, 326 | 327) && (1..=60).contains(&number);
+        let known = match code / 100 {
+            326 | 327 => (1..=60).contains(&number),
+            258 => (28..=38).contains(&number),
+            _ => false,
+        };
         known.then_some(Self {
             number,
             south: code / 100 == 327,

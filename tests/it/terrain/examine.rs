@@ -41,7 +41,10 @@ pub fn examine(field: &HeightField, mesh: &Mesh, view: Option<&View>) {
     let corner = |vertex: u32| mesh.posts[vertex as usize];
     for (post, height) in mesh.posts.iter().zip(&mesh.heights) {
         let z = field.height(post[0], post[1]);
-        assert!(height == &z && !z.is_nan(), "height {height} for {z} at {post:?}");
+        assert!(
+            height == &z && !z.is_nan(),
+            "height {height} for {z} at {post:?}"
+        );
     }
     let triangles: Vec<[Post; 3]> = mesh.triangles.iter().map(|t| t.map(corner)).collect();
     edges(field, &triangles, view.is_none());
@@ -60,14 +63,20 @@ fn edges(field: &HeightField, triangles: &[[Post; 3]], whole: bool) {
         }
     }
     for (from, to) in &sides {
-        let (dx, dy) = (i64::from(to[0]) - i64::from(from[0]), i64::from(to[1]) - i64::from(from[1]));
+        let (dx, dy) = (
+            i64::from(to[0]) - i64::from(from[0]),
+            i64::from(to[1]) - i64::from(from[1]),
+        );
         let steps = i64::from(gcd(dx.unsigned_abs() as u32, dy.unsigned_abs() as u32));
         let single = !sides.contains(&(*to, *from));
         for step in 0..steps {
             let at = [from[0], from[1]].map(i64::from);
             let at = [at[0] + dx / steps * step, at[1] + dy / steps * step];
             let post = at.map(|c| u32::try_from(c).unwrap());
-            assert!(step == 0 || !corners.contains(&post), "{post:?} within {from:?}-{to:?}");
+            assert!(
+                step == 0 || !corners.contains(&post),
+                "{post:?} within {from:?}-{to:?}"
+            );
             if single && whole {
                 let [px, py] = at;
                 // Cells to the left and right of the step.
@@ -82,7 +91,11 @@ fn edges(field: &HeightField, triangles: &[[Post; 3]], whole: bool) {
                     [Ok(x), Ok(y)] => is_ground(field, [x, y]),
                     _ => false,
                 });
-                assert_eq!(ground, [true, false], "a crack along {from:?}-{to:?} at {post:?}");
+                assert_eq!(
+                    ground,
+                    [true, false],
+                    "a crack along {from:?}-{to:?} at {post:?}"
+                );
             }
         }
     }
@@ -112,7 +125,10 @@ fn coverage(field: &HeightField, triangles: &[[Post; 3]], view: Option<&View>) {
             for (n, [px, py]) in POINTS.into_iter().enumerate() {
                 let at = [i64::from(column) * UNIT + px, i64::from(row) * UNIT + py];
                 let turns = [turn(a, b, at), turn(b, c, at), turn(c, a, at)];
-                assert!(!turns.contains(&0), "the point is on a line: choose another");
+                assert!(
+                    !turns.contains(&0),
+                    "the point is on a line: choose another"
+                );
                 if turns.iter().all(|t| *t > 0) {
                     times[row as usize * columns + column as usize][n] += 1;
                 }
@@ -126,13 +142,23 @@ fn coverage(field: &HeightField, triangles: &[[Post; 3]], view: Option<&View>) {
                 assert_eq!(covered, [0; 4], "a hole is covered at {column}, {row}");
                 continue;
             }
-            assert!(covered.iter().all(|n| *n <= 1), "{covered:?} at {column}, {row}");
+            assert!(
+                covered.iter().all(|n| *n <= 1),
+                "{covered:?} at {column}, {row}"
+            );
             let posts = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {
                 let (column, row) = (column + dx, row + dy);
-                DVec3::new(grid.x(column), grid.y(row), f64::from(field.height(column, row)))
+                DVec3::new(
+                    grid.x(column),
+                    grid.y(row),
+                    f64::from(field.height(column, row)),
+                )
             });
             let hidden = view.is_some_and(|v| v.frustum().is_outside(&Aabb::around(posts)));
-            assert!(hidden || covered == [1; 4], "{covered:?} at {column}, {row}");
+            assert!(
+                hidden || covered == [1; 4],
+                "{covered:?} at {column}, {row}"
+            );
         }
     }
 }
@@ -140,7 +166,10 @@ fn coverage(field: &HeightField, triangles: &[[Post; 3]], view: Option<&View>) {
 /// How far posts are from the mesh, by brute force.
 pub fn measure(field: &HeightField, mesh: &Mesh, view: &View) -> Found {
     let grid = field.grid();
-    let mut found = Found { error_m: 0.0, error_px: 0.0 };
+    let mut found = Found {
+        error_m: 0.0,
+        error_px: 0.0,
+    };
     let z = |p: Post| f64::from(field.height(p[0], p[1]));
     for triangle in &mesh.triangles {
         let posts = triangle.map(|vertex| mesh.posts[vertex as usize]);
@@ -157,7 +186,11 @@ pub fn measure(field: &HeightField, mesh: &Mesh, view: &View) -> Found {
                 continue;
             }
             let heights = posts.map(z);
-            let surface = weights.iter().zip(heights).map(|(w, z)| *w as f64 / area * z).sum::<f64>();
+            let surface = weights
+                .iter()
+                .zip(heights)
+                .map(|(w, z)| *w as f64 / area * z)
+                .sum::<f64>();
             let post = z([column, row]);
             let largest = heights.iter().fold(post.abs(), |most, z| most.max(z.abs()));
             let error = (surface - post).abs() - largest * ROUNDING;

@@ -4,6 +4,8 @@
 mod examine;
 /// Holes, single posts, cliffs, far coordinates, an eye under the ground.
 mod hard_ground;
+/// Heights between posts.
+mod heights;
 /// Real and made-up ground, and eyes about it.
 mod places;
 /// Records of nodes against brute force over posts.

@@ -75,9 +75,21 @@ pub fn made_up(rng: &mut Pcg64Mcg) -> HeightField {
             1 => x * relief * 0.1 - y * relief * 0.05,
             2 => ((x * waves).sin() + (y * waves * 0.7).cos()) * relief * 4.0,
             3 => hash(column, row, seed) * relief,
-            4 => if column * 3 > row * 2 { relief * 40.0 } else { 0.0 },
+            4 => {
+                if column * 3 > row * 2 {
+                    relief * 40.0
+                } else {
+                    0.0
+                }
+            }
             5 => (hash(column / 7, row / 5, seed) - 0.5) * 2e6,
-            _ => if hash(column, row, seed) < 0.01 { relief * 10.0 } else { (x * waves).sin() },
+            _ => {
+                if hash(column, row, seed) < 0.01 {
+                    relief * 10.0
+                } else {
+                    (x * waves).sin()
+                }
+            }
         }
     })
 }
@@ -107,7 +119,11 @@ pub fn ascii_grid(name: &str, most: usize) -> Option<HeightField> {
     assert_eq!(body.len(), all_columns * all_rows, "{name}");
     let nodata = header.get("nodata_value").copied();
     // Degrees as if they were 90 m.
-    let spacing = if header["cellsize"] < 0.01 { 90.0 } else { header["cellsize"] };
+    let spacing = if header["cellsize"] < 0.01 {
+        90.0
+    } else {
+        header["cellsize"]
+    };
     let (columns, rows) = (all_columns.min(most), all_rows.min(most));
     Some(field(
         [columns as u32, rows as u32],
@@ -115,7 +131,11 @@ pub fn ascii_grid(name: &str, most: usize) -> Option<HeightField> {
         DVec2::splat(spacing),
         |column, row| {
             let z = body[(rows - 1 - row as usize) * all_columns + column as usize];
-            if nodata == Some(f64::from(z)) { f32::NAN } else { z }
+            if nodata == Some(f64::from(z)) {
+                f32::NAN
+            } else {
+                z
+            }
         },
     ))
 }
@@ -152,21 +172,31 @@ pub fn view(rng: &mut Pcg64Mcg, field: &HeightField) -> View {
     loop {
         let away = [0.1, 0.5, 1.0, 3.0, 40.0][rng.random_range(0..5)] * reach;
         let mut point = |scale: f64| {
-            DVec3::new(between(rng, -1.0, 1.0), between(rng, -1.0, 1.0), between(rng, -1.0, 1.0))
-                * scale
+            DVec3::new(
+                between(rng, -1.0, 1.0),
+                between(rng, -1.0, 1.0),
+                between(rng, -1.0, 1.0),
+            ) * scale
         };
         let (eye, target) = (middle + point(away), middle + point(reach * 0.7));
         let fov_y_deg = [20.0, 60.0, 60.0, 110.0][rng.random_range(0..4)];
         let projection = if rng.random_bool(0.1) {
-            Projection::Orthographic { height_m: between(rng, 0.1, 2.0) * reach }
+            Projection::Orthographic {
+                height_m: between(rng, 0.1, 2.0) * reach,
+            }
         } else {
             Projection::Perspective { fov_y_deg }
         };
         let depth = DepthRange {
             near: 0.1,
-            far: rng.random_bool(0.2).then_some(0.2 + between(rng, 0.1, 3.0) * reach),
+            far: rng
+                .random_bool(0.2)
+                .then_some(0.2 + between(rng, 0.1, 3.0) * reach),
         };
-        let orientation = Orientation::LookAt { target, up: DVec3::Z };
+        let orientation = Orientation::LookAt {
+            target,
+            up: DVec3::Z,
+        };
         if let Ok(view) = View::new(eye, orientation, projection, depth, [1920, 1080]) {
             return view;
         }
@@ -177,8 +207,14 @@ pub fn view(rng: &mut Pcg64Mcg, field: &HeightField) -> View {
 pub fn from_above(field: &HeightField, radii: f64) -> View {
     let (middle, reach) = extent(field);
     let eye = middle + DVec3::Z * reach * radii;
-    let orientation = Orientation::LookAt { target: middle, up: DVec3::Y };
+    let orientation = Orientation::LookAt {
+        target: middle,
+        up: DVec3::Y,
+    };
     let projection = Projection::Perspective { fov_y_deg: 150.0 };
-    let depth = DepthRange { near: reach * 1e-6, far: None };
+    let depth = DepthRange {
+        near: reach * 1e-6,
+        far: None,
+    };
     View::new(eye, orientation, projection, depth, [1000, 1000]).unwrap()
 }

@@ -17,8 +17,7 @@ fn grounds() -> impl ParallelIterator<Item = (HeightField, Ground)> {
 fn nodes(layout: &Layout) -> impl Iterator<Item = Node> + use<> {
     let ([across, up], levels) = (layout.blocks(), layout.levels());
     (0..levels).flat_map(move |level| {
-        (0..up << level)
-            .flat_map(move |y| (0..across << level).map(move |x| Node { level, x, y }))
+        (0..up << level).flat_map(move |y| (0..across << level).map(move |x| Node { level, x, y }))
     })
 }
 
@@ -27,7 +26,11 @@ fn nodes(layout: &Layout) -> impl Iterator<Item = Node> + use<> {
 fn numbers_of_children_follow_the_equation() {
     for level in 0..6 {
         for number in 0..1_u32 << (2 * level) {
-            let node = Node { level, x: number % (1 << level), y: number >> level };
+            let node = Node {
+                level,
+                x: number % (1 << level),
+                y: number >> level,
+            };
             assert_eq!(node.number(), number);
             for (quarter, place) in QUARTERS.into_iter().enumerate() {
                 let child = node.child(quarter);
@@ -64,7 +67,12 @@ fn records_are_what_the_posts_say() {
             let (mut holes, mut heights) = (0, Vec::new());
             for y in posts.first[1]..posts.last[1] {
                 for x in posts.first[0]..posts.last[0] {
-                    let cell = [known(x, y), known(x + 1, y), known(x, y + 1), known(x + 1, y + 1)];
+                    let cell = [
+                        known(x, y),
+                        known(x + 1, y),
+                        known(x, y + 1),
+                        known(x + 1, y + 1),
+                    ];
                     match cell {
                         [Some(a), Some(b), Some(c), Some(d)] => heights.extend([a, b, c, d]),
                         _ => holes += 1,
@@ -76,15 +84,27 @@ fn records_are_what_the_posts_say() {
             if heights.is_empty() {
                 continue;
             }
-            assert_eq!(record.low, heights.iter().copied().fold(f32::INFINITY, f32::min));
-            assert_eq!(record.high, heights.iter().copied().fold(f32::NEG_INFINITY, f32::max));
+            assert_eq!(
+                record.low,
+                heights.iter().copied().fold(f32::INFINITY, f32::min)
+            );
+            assert_eq!(
+                record.high,
+                heights.iter().copied().fold(f32::NEG_INFINITY, f32::max)
+            );
             let count = heights.len() as f64;
             let mean = heights.iter().map(|z| f64::from(*z)).sum::<f64>() / count;
-            let variance = heights.iter().map(|z| (f64::from(*z) - mean).powi(2)).sum::<f64>() / count;
+            let variance = heights
+                .iter()
+                .map(|z| (f64::from(*z) - mean).powi(2))
+                .sum::<f64>()
+                / count;
             let slack = 1e-6 * f64::from(record.high - record.low);
             assert!(f64::from(record.deviation) >= variance.sqrt() - slack);
             // No more than half the range, for any heights whatever.
-            assert!(f64::from(record.deviation) <= f64::from(record.high - record.low) / 2.0 + slack);
+            assert!(
+                f64::from(record.deviation) <= f64::from(record.high - record.low) / 2.0 + slack
+            );
         }
     });
 }
@@ -107,7 +127,13 @@ fn arrays_that_are_no_block_are_refused() {
     let refused = |records, heights| Block::from_arrays(2, records, heights).unwrap_err();
     let (records, mut heights) = arrays();
     heights.pop();
-    assert!(matches!(refused(records, heights), BlockError::Length { what: "heights", .. }));
+    assert!(matches!(
+        refused(records, heights),
+        BlockError::Length {
+            what: "heights",
+            ..
+        }
+    ));
     for spoil in [
         |r: &mut NodeRecord| r.error = f32::NAN,
         |r: &mut NodeRecord| r.deviation = -1.0,
@@ -116,9 +142,15 @@ fn arrays_that_are_no_block_are_refused() {
     ] {
         let (mut records, heights) = arrays();
         spoil(&mut records[3]);
-        assert!(matches!(refused(records, heights), BlockError::Number { index: 3, .. }));
+        assert!(matches!(
+            refused(records, heights),
+            BlockError::Number { index: 3, .. }
+        ));
     }
     let (records, mut heights) = arrays();
     heights[7] = f32::NEG_INFINITY;
-    assert!(matches!(refused(records, heights), BlockError::Number { index: 7, .. }));
+    assert!(matches!(
+        refused(records, heights),
+        BlockError::Number { index: 7, .. }
+    ));
 }
