@@ -10,6 +10,7 @@ mod criterion;
 mod cut;
 mod fan;
 mod field;
+mod footing;
 mod ground;
 mod interpolate;
 mod layout;
@@ -31,6 +32,7 @@ pub use criterion::{
 pub use cut::{Cut, State};
 pub use fan::Facet;
 pub use field::{FieldError, Grid, HeightField};
+pub use footing::{Footing, footing};
 pub use ground::{Ground, GroundError};
 pub use interpolate::Interpolation;
 pub use layout::{Layout, Posts};

@@ -43,6 +43,14 @@ pub struct Tile {
     pub heights: Vec<f32>,
 }
 
+/// Where the ground of a city lies: beside it, under the same name with the ending `.terrain`.
+///
+/// Not in the city's own file: either is replaced without the other, and a city without ground is
+/// what it was before there was any.
+pub fn beside(city: &Path) -> PathBuf {
+    city.with_extension("terrain")
+}
+
 /// Everything of the head but the magic, the version and the checksum itself.
 fn head_checksum(head: &[u8]) -> u32 {
     let covered = std::mem::offset_of!(Header, length)..HEAD as usize;
