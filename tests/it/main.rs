@@ -61,6 +61,8 @@ mod stability;
 mod support;
 /// The ground: blocks, criteria, meshes without cracks, heights between posts.
 mod terrain;
+/// Elevation laid under a city, as a user meets it.
+mod terrain_import;
 /// The pyramid of tiles: what goes into the file comes back out of it, or is refused.
 mod terrain_pyramid;
 /// Elevation files: every format against rasterio, and what is said of broken ones.

@@ -244,6 +244,14 @@ fn with(change: impl FnOnce(&mut Tiff) -> &mut Tiff) -> Vec<u8> {
     tiff.bytes()
 }
 
+/// A raster of so many rows and columns whose only strip is left out.
+pub fn empty_tiff(side: u32) -> Vec<u8> {
+    with(|t| {
+        t.long(256, &[side]).long(257, &[side]);
+        t.long(278, &[side]).long(279, &[0])
+    })
+}
+
 fn deflated(bytes: &[u8]) -> Vec<u8> {
     let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
     packed.write_all(bytes).unwrap();
@@ -469,6 +477,7 @@ fn broken_files_are_refused_with_the_place() {
             with(|t| t.short(259, &[8]).holding(b"no deflate")),
             &["strip or tile 0"],
         ),
+        ("w.tif", empty_tiff(16_000), &["do not fit"]),
         (
             "v.tif",
             with(|t| {
@@ -532,7 +541,7 @@ fn broken_files_are_refused_with_the_place() {
         ),
         ("k.asc", vec![b'7'; 5_000_000], &["line 1", "no ASCII grid"]),
         ("l.asc", vec![0xff; 100], &["line 1"]),
-        ("m.asc", ASC.replace("6.5", "1e99").into(), &["infinite"]),
+        ("m.asc", ASC.replace("6.5", "1e99").into(), &["from zero"]),
         ("n.asc", vec![], &["no usable ncols"]),
         ("hill.hgt", vec![0; 8], &["N40W106"]),
         ("N40W190.hgt", vec![0; 8], &["corner"]),

@@ -37,9 +37,10 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
         }
     };
     let chunks = Chunks::of(path, &mut decoder, columns, rows)?;
-    // A file that leaves chunks out holds fewer samples than it declares.
+    // Chunks reach beyond the raster; a file that leaves some out holds fewer samples than it has.
     let (wide, high) = decoder.chunk_dimensions();
-    let held = u64::from(chunks.present()) * u64::from(wide) * u64::from(high.min(rows));
+    let in_chunks = u64::from(chunks.present()) * u64::from(wide) * u64::from(high.min(rows));
+    let held = in_chunks.max(posts as u64);
     if held.saturating_mul(bits / 8) > length.saturating_mul(MOST_PACKED) {
         let reason =
             format!("{columns} x {rows} samples of {bits} bits do not fit into {length} bytes");
@@ -52,29 +53,27 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
     for chunk in (0..chunks.count).filter(|&chunk| chunks.bytes[chunk as usize] > 0) {
         let at_chunk = |e| refused(path, Place::Chunk(chunk), e);
         let (width, height) = decoder.chunk_data_dimensions(chunk);
-        let samples = samples(decoder.read_chunk(chunk).map_err(at_chunk)?);
-        if width == 0 || samples.len() < width as usize * height as usize {
-            let reason = "holds fewer samples than it should";
-            return Err(ReadError::malformed(path, Place::Chunk(chunk), reason));
-        }
+        let (width, height) = (width as usize, height as usize);
+        let samples = decoder.read_chunk(chunk).map_err(at_chunk)?;
         let (across, down) = (chunk % chunks.across, chunk / chunks.across);
         let (left, top) = (
             across as usize * wide as usize,
             down as usize * high as usize,
         );
-        for (row, line) in samples
-            .chunks_exact(width as usize)
-            .take(height as usize)
-            .enumerate()
-        {
-            let start = (top + row) * columns as usize + left;
-            let Some(out) = heights.get_mut(start..start + line.len()) else {
-                let reason = "reaches beyond the raster";
-                return Err(ReadError::malformed(path, Place::Chunk(chunk), reason));
-            };
-            for (out, &sample) in out.iter_mut().zip(line) {
-                *out = height_of(sample, &place);
+        let columns = columns as usize;
+        if left + width > columns || top + height > rows as usize {
+            let reason = "reaches beyond the raster";
+            return Err(ReadError::malformed(path, Place::Chunk(chunk), reason));
+        }
+        let given = each(samples, |at, sample| {
+            let (row, column) = (at / width.max(1), at % width.max(1));
+            if row < height {
+                heights[(top + row) * columns + left + column] = height_of(sample, &place);
             }
+        });
+        if given < width * height {
+            let reason = "holds fewer samples than it should";
+            return Err(ReadError::malformed(path, Place::Chunk(chunk), reason));
         }
     }
     if place.from_south {
@@ -163,22 +162,31 @@ fn limits(posts: usize, bits: u64, length: u64) -> Limits {
     limits
 }
 
-fn samples(chunk: DecodingResult) -> Vec<f64> {
-    fn wide<T: Into<f64>>(samples: Vec<T>) -> Vec<f64> {
-        samples.into_iter().map(Into::into).collect()
+/// Hands over samples one by one with their places, and returns how many there were.
+fn each(chunk: DecodingResult, mut take: impl FnMut(usize, f64)) -> usize {
+    fn hand<T>(
+        samples: Vec<T>,
+        wide: impl Fn(T) -> f64,
+        take: &mut impl FnMut(usize, f64),
+    ) -> usize {
+        let count = samples.len();
+        let samples = samples.into_iter().enumerate();
+        samples.for_each(|(at, sample)| take(at, wide(sample)));
+        count
     }
+    let take = &mut take;
     match chunk {
-        DecodingResult::U8(v) => wide(v),
-        DecodingResult::U16(v) => wide(v),
-        DecodingResult::U32(v) => wide(v),
-        DecodingResult::U64(v) => v.into_iter().map(|s| s as f64).collect(),
-        DecodingResult::I8(v) => wide(v),
-        DecodingResult::I16(v) => wide(v),
-        DecodingResult::I32(v) => wide(v),
-        DecodingResult::I64(v) => v.into_iter().map(|s| s as f64).collect(),
-        DecodingResult::F16(v) => v.into_iter().map(f64::from).collect(),
-        DecodingResult::F32(v) => wide(v),
-        DecodingResult::F64(v) => v,
+        DecodingResult::U8(v) => hand(v, f64::from, take),
+        DecodingResult::U16(v) => hand(v, f64::from, take),
+        DecodingResult::U32(v) => hand(v, f64::from, take),
+        DecodingResult::U64(v) => hand(v, |s| s as f64, take),
+        DecodingResult::I8(v) => hand(v, f64::from, take),
+        DecodingResult::I16(v) => hand(v, f64::from, take),
+        DecodingResult::I32(v) => hand(v, f64::from, take),
+        DecodingResult::I64(v) => hand(v, |s| s as f64, take),
+        DecodingResult::F16(v) => hand(v, f64::from, take),
+        DecodingResult::F32(v) => hand(v, f64::from, take),
+        DecodingResult::F64(v) => hand(v, |s| s, take),
     }
 }
 
