@@ -34,5 +34,5 @@ pub use layout::{Layout, Posts};
 pub use mesh::Mesh;
 pub use quadtree::{Node, QUARTERS, Quarter, child_number, level_start};
 pub use refine::Workers;
-pub use select::{Detail, Selection, select};
+pub use select::{Detail, Selection, refine, select};
 pub use triangle::{Post, doubled_area, height_on};
