@@ -34,7 +34,7 @@ pub struct Knobs {
 
 /// A knob that cannot be.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{knob} must be finite and {least}, is {value}")]
+#[error("{knob} must be a number, {least}, is {value}")]
 pub struct KnobError {
     /// Which one.
     pub knob: &'static str,
@@ -66,18 +66,6 @@ pub struct Seen<'a> {
 /// Speeds up to this, m/s, are standing still: C's f has the speed in its denominator.
 pub const REST_MPS: f64 = 1.0;
 
-impl Default for Knobs {
-    /// An error of about a thousandth of the distance.
-    fn default() -> Self {
-        Self {
-            c1: 32.0,
-            c2: 32.0,
-            speed_mps: 0.0,
-            threshold: 1024.0,
-        }
-    }
-}
-
 impl Criterion {
     /// All of them, in the order of the papers.
     pub const ALL: [Self; 4] = [Self::Roughness, Self::Error, Self::Motion, Self::Vertex];
@@ -89,6 +77,21 @@ impl Criterion {
             Self::Error => "error",
             Self::Motion => "motion",
             Self::Vertex => "vertex",
+        }
+    }
+
+    /// Knobs to start from. In A, B and D they split what errs by more than a thousandth of its
+    /// distance; C's have units of their own, and split hills nearer than a few kilometres.
+    pub fn knobs(self) -> Knobs {
+        let factor = match self {
+            Self::Motion => 0.001,
+            _ => 32.0,
+        };
+        Knobs {
+            c1: factor,
+            c2: factor,
+            speed_mps: 0.0,
+            threshold: 1024.0,
         }
     }
 

@@ -180,15 +180,13 @@ impl Measured<'_> {
     /// Errors of every pattern that may be drawn: a quarter as two triangles of its parent's fan,
     /// and two quarters with the midpoint between them skipped.
     fn pattern_errors(&mut self) {
-        let root = self.layout.posts(self.root).corners();
-        let halves = [[0, 1, 2], [0, 2, 3]].map(|at| at.map(|corner| root[corner]));
-        self.raise(
-            self.root,
-            halves
-                .map(|t| self.distance(t))
-                .into_iter()
-                .fold(0.0, f64::max),
-        );
+        if self.is_whole(self.root) {
+            let root = self.layout.posts(self.root).corners();
+            for at in [[0, 1, 2], [0, 2, 3]] {
+                let half = at.map(|corner: usize| root[corner]);
+                self.raise(self.root, self.distance(half));
+            }
+        }
         for level in 0..self.layout.levels() {
             for node in self.nodes(level) {
                 self.fan_errors(node);
@@ -206,6 +204,11 @@ impl Measured<'_> {
         }
     }
 
+    /// Whether a node may be drawn in one piece: it has no hole.
+    fn is_whole(&self, node: Node) -> bool {
+        self.record(node).holes == 0
+    }
+
     fn fan_errors(&mut self, node: Node) {
         if !self.record(node).has_ground() {
             return;
@@ -215,7 +218,7 @@ impl Measured<'_> {
         for side in 0..4 {
             let next = (side + 1) % 4;
             let quarters = [side, next].map(|quarter| node.child(quarter));
-            let whole = quarters.map(|q| self.record(q).holes == 0);
+            let whole = quarters.map(|q| self.is_whole(q));
             let halves = [
                 [middle, corners[side], midpoints[side]],
                 [middle, midpoints[side], corners[next]],

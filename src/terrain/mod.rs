@@ -39,6 +39,6 @@ pub use layout::{Layout, Posts};
 pub use mesh::Mesh;
 pub use quadtree::{Node, QUARTERS, Quarter, child_number, level_start};
 pub use refine::Workers;
-pub use select::{Detail, Selection, select};
+pub use select::{Detail, Selection, refine, select};
 pub use store::{Keep, Reach, StoreCounts, TileStore};
 pub use triangle::{Post, doubled_area, height_on};

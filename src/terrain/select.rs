@@ -34,11 +34,12 @@ pub struct Selection {
     share: f64,
 }
 
-impl Default for Detail {
-    fn default() -> Self {
+impl Detail {
+    /// What a criterion gives with its own knobs: as fine as it asks for, without a limit.
+    pub fn of(criterion: Criterion) -> Self {
         Self {
-            criterion: Criterion::Error,
-            knobs: Knobs::default(),
+            criterion,
+            knobs: criterion.knobs(),
             subdivide_within: f64::INFINITY,
             max_triangles: None,
         }
@@ -60,20 +61,11 @@ pub fn select(
     detail: &Detail,
     workers: Workers,
 ) -> Result<Selection, KnobError> {
-    let knobs = detail.knobs.checked()?;
-    if detail.subdivide_within.is_nan() || detail.subdivide_within < 0.0 {
-        return Err(KnobError {
-            knob: "subdivide_within",
-            least: "0 or more",
-            value: detail.subdivide_within,
-        });
-    }
+    let judge = Judge::new(ground, view, detail)?;
     let with_share = |share: f64| {
         let judge = Judge {
-            ground,
-            view,
-            criterion: detail.criterion,
-            knobs: detail.criterion.share(&knobs, share),
+            knobs: judge.criterion.share(&judge.knobs, share),
+            ..judge
         };
         let mut cut = judge.refine(workers);
         stitch(&judge, detail.subdivide_within, &mut cut);
@@ -83,6 +75,38 @@ pub fn select(
     match detail.max_triangles {
         Some(most) if whole.triangles > most => Ok(within_budget(most, with_share)),
         _ => Ok(whole),
+    }
+}
+
+/// What the criterion alone asks for, neighbours differing by any number of levels: the first
+/// half of [`select`], which may be shared among threads. Drawn as it is it has cracks.
+///
+/// # Errors
+/// As [`select`].
+pub fn refine(
+    ground: &Ground,
+    view: &View,
+    detail: &Detail,
+    workers: Workers,
+) -> Result<Cut, KnobError> {
+    Ok(Judge::new(ground, view, detail)?.refine(workers))
+}
+
+impl<'a> Judge<'a> {
+    fn new(ground: &'a Ground, view: &'a View, detail: &Detail) -> Result<Self, KnobError> {
+        if detail.subdivide_within.is_nan() || detail.subdivide_within < 0.0 {
+            return Err(KnobError {
+                knob: "subdivide_within",
+                least: "0 or more",
+                value: detail.subdivide_within,
+            });
+        }
+        Ok(Self {
+            ground,
+            view,
+            criterion: detail.criterion,
+            knobs: detail.knobs.checked()?,
+        })
     }
 }
 

@@ -36,7 +36,7 @@ fn examined(field: &HeightField) {
                 let detail = Detail {
                     criterion,
                     subdivide_within,
-                    ..Detail::default()
+                    ..Detail::of(criterion)
                 };
                 let selection = select(&ground, view, &detail, Workers::One).unwrap();
                 let mesh = selection.mesh(&ground);
@@ -122,11 +122,11 @@ fn far_coordinates_lose_nothing() {
         let knobs = Knobs {
             c1: 4.0,
             c2: 4.0,
-            ..Knobs::default()
+            ..Criterion::Error.knobs()
         };
         let detail = Detail {
             knobs,
-            ..Detail::default()
+            ..Detail::of(Criterion::Error)
         };
         let view = from_above(field, 3.0);
         select(&ground, &view, &detail, Workers::One)
@@ -155,10 +155,7 @@ fn a_missing_block_is_a_border() {
         }
     });
     for criterion in Criterion::ALL {
-        let detail = Detail {
-            criterion,
-            ..Detail::default()
-        };
+        let detail = Detail::of(criterion);
         let view = from_above(&field, 2.0);
         let mesh = select(&ground, &view, &detail, Workers::One)
             .unwrap()
@@ -220,28 +217,28 @@ fn what_cannot_be_is_refused_by_name() {
             "c1",
             Knobs {
                 c1: 0.0,
-                ..Knobs::default()
+                ..Criterion::Error.knobs()
             },
         ),
         (
             "c2",
             Knobs {
                 c2: f64::NAN,
-                ..Knobs::default()
+                ..Criterion::Error.knobs()
             },
         ),
         (
             "threshold",
             Knobs {
                 threshold: f64::INFINITY,
-                ..Knobs::default()
+                ..Criterion::Error.knobs()
             },
         ),
         (
             "speed_mps",
             Knobs {
                 speed_mps: -1.0,
-                ..Knobs::default()
+                ..Criterion::Error.knobs()
             },
         ),
     ] {

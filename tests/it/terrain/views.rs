@@ -1,10 +1,13 @@
-use citylod::terrain::{Criterion, Detail, Ground, HeightField, Knobs, Layout, Workers, select};
+use citylod::geom::DVec2;
+use citylod::terrain::{
+    Criterion, Detail, Ground, HeightField, Knobs, Layout, Mesh, Workers, select,
+};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use super::examine::{examine, measure};
-use super::places::{between, extent, flat, from_above, made_up, real_grounds, rng, view};
+use super::places::{between, extent, field, flat, from_above, made_up, real_grounds, rng, view};
 
 /// What f64 rounding may do to an error computed in two ways.
 const PIXEL_ROUNDING: f64 = 1.0 + 1e-12;
@@ -97,10 +100,7 @@ fn flat_ground_is_two_triangles_a_block() {
         for levels in 4..=7 {
             let ground = Ground::cut(&field, &Layout::with_levels(*field.grid(), levels));
             for criterion in Criterion::ALL {
-                let detail = Detail {
-                    criterion,
-                    ..Detail::default()
-                };
+                let detail = Detail::of(criterion);
                 let selection =
                     select(&ground, &from_above(&field, 2.0), &detail, Workers::One).unwrap();
                 assert_eq!(selection.triangles(), 2 * ground.layout().block_count());
@@ -129,17 +129,14 @@ fn selections_shrink_with_the_knobs_and_with_distance() {
                     .unwrap()
                     .triangles()
             };
-            let mut fewer = |change: &dyn Fn(&mut Knobs)| {
+            let fewer = |change: &dyn Fn(&mut Knobs)| {
                 let (mut now, mut last) = (start, usize::MAX);
-                let mut counts = Vec::new();
                 for _ in 0..8 {
                     let count = triangles(&now, 2.0);
                     assert!(count <= last, "{criterion:?}: {last} became {count}");
                     last = count;
-                    counts.push(count);
                     change(&mut now.knobs);
                 }
-                counts
             };
             match criterion {
                 Criterion::Roughness | Criterion::Error => {
@@ -173,31 +170,92 @@ fn selections_shrink_with_the_knobs_and_with_distance() {
     });
 }
 
+/// Hills with steps, 80 × 70 posts.
+fn hills() -> HeightField {
+    field([80, 70], DVec2::ZERO, DVec2::splat(10.0), |x, y| {
+        let (fx, fy) = (x as f32, y as f32);
+        let step = if x > 50 && y < 20 { 8.0 } else { 0.0 };
+        ((fx * 0.2).sin() + (fy * 0.13).cos()) * 20.0 + step
+    })
+}
+
 #[test]
 fn knobs_change_what_is_drawn() {
-    let mut rng = rng(1);
-    let field = loop {
-        let field = made_up(&mut rng);
-        if field.grid().count() > 2_000 && field.heights().iter().all(|z| !z.is_nan()) {
-            break field;
-        }
-    };
+    let field = hills();
     let ground = Ground::cut(&field, &Layout::with_levels(*field.grid(), 6));
+    let view = from_above(&field, 3.0);
     for criterion in Criterion::ALL {
-        let count = |share: f64| {
-            let knobs = criterion.share(&Knobs::default(), share);
+        let select = |share: f64, subdivide_within| {
             let detail = Detail {
-                criterion,
-                knobs,
-                ..Detail::default()
+                knobs: criterion.share(&criterion.knobs(), share),
+                subdivide_within,
+                ..Detail::of(criterion)
             };
-            let view = from_above(&field, 3.0);
-            select(&ground, &view, &detail, Workers::One)
-                .unwrap()
-                .triangles()
+            select(&ground, &view, &detail, Workers::One).unwrap()
         };
-        assert!(count(1e9) > 4 * count(1e-9), "{criterion:?}");
+        let (most, least) = (select(1e9, 0.0), select(1e-9, 0.0));
+        assert_eq!(least.triangles(), 2 * ground.layout().block_count());
+        let drawn = measure(&field, &most.mesh(&ground), &view).error_m;
+        assert!(
+            most.triangles() > 1_000 && drawn == 0.0,
+            "{criterion:?}: {drawn} m"
+        );
+        assert!(least.error_px() > 0.0, "{criterion:?}");
+        // B's m: the farther it reaches, the more is subdivided.
+        let (mut last, mut counts) = (0, Vec::new());
+        for radii in [0.0, 2.9, 3.0, 3.1, f64::INFINITY] {
+            let reach = extent(&field).1 * radii;
+            let share = if criterion == Criterion::Motion {
+                0.02
+            } else {
+                0.3
+            };
+            let count = select(share, reach).triangles();
+            assert!(count >= last, "{criterion:?}: {last} became {count}");
+            last = count;
+            counts.push(count);
+        }
+        assert!(counts[0] < last, "{criterion:?}: {counts:?}");
     }
+}
+
+/// The examination itself: what is wrong with a mesh does not pass.
+#[test]
+fn cracks_are_seen() {
+    let field = hills();
+    let ground = Ground::cut(&field, &Layout::new(*field.grid()));
+    let detail = Detail::of(Criterion::Error);
+    let view = from_above(&field, 3.0);
+    let selection = select(&ground, &view, &detail, Workers::One).unwrap();
+    let mesh = selection.mesh(&ground);
+    examine(&field, &mesh, None);
+    let passes = |spoil: &dyn Fn(&mut Mesh)| {
+        let mut spoilt = mesh.clone();
+        spoil(&mut spoilt);
+        let looked = || examine(&field, &spoilt, None);
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(looked)).is_ok()
+    };
+    assert!(passes(&|_| {}));
+    assert!(!passes(&|mesh| drop(mesh.triangles.pop())));
+    assert!(!passes(&|mesh| mesh.triangles[9].swap(0, 1)));
+    assert!(!passes(&|mesh| mesh.triangles.push(mesh.triangles[9])));
+    assert!(!passes(&|mesh| mesh.heights[5] += 0.25));
+    // A midpoint more on a side that the neighbour does not have.
+    assert!(!passes(&|mesh| {
+        let long = |t: &[u32; 3]| {
+            let [a, b] = [1, 2].map(|k| mesh.posts[t[k] as usize]);
+            a[1] == b[1] && a[0] + 1 < b[0] && a[1] > 0
+        };
+        let at = mesh.triangles.iter().position(long).unwrap();
+        let [c, a, b] = mesh.triangles[at];
+        let [x, y] = mesh.posts[a as usize];
+        let middle = [(x + mesh.posts[b as usize][0]) / 2, y];
+        mesh.posts.push(middle);
+        mesh.heights.push(field.height(middle[0], middle[1]));
+        let m = mesh.posts.len() as u32 - 1;
+        mesh.triangles[at] = [c, a, m];
+        mesh.triangles.push([c, m, b]);
+    }));
 }
 
 #[test]
