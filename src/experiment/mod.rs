@@ -53,11 +53,13 @@ pub enum Experiment {
     TerrainMotion,
     /// Refinement by several threads (D, table 3).
     TerrainParallel,
+    /// Tiles kept and tiles read again (A, table 1); memory as the ground grows (D, table 3).
+    TerrainStore,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::FarDist,
         Self::Views,
         Self::Scaling,
@@ -70,6 +72,7 @@ impl Experiment {
         Self::TerrainInterpolation,
         Self::TerrainMotion,
         Self::TerrainParallel,
+        Self::TerrainStore,
     ];
 
     /// The name on the command line and of the files written.
@@ -87,6 +90,7 @@ impl Experiment {
             Self::TerrainInterpolation => "terrain-interpolation",
             Self::TerrainMotion => "terrain-motion",
             Self::TerrainParallel => "terrain-parallel",
+            Self::TerrainStore => "terrain-store",
         }
     }
 
@@ -105,6 +109,7 @@ impl Experiment {
             Self::TerrainInterpolation => "How are heights between posts found best?",
             Self::TerrainMotion => "How much less ground is drawn in motion?",
             Self::TerrainParallel => "How much faster do several threads refine the ground?",
+            Self::TerrainStore => "What does it bring to keep the tiles that were read?",
         }
     }
 
@@ -153,5 +158,6 @@ pub fn run(
         Experiment::TerrainInterpolation => terrain::interpolation(options, progress),
         Experiment::TerrainMotion => terrain::motion(options, progress),
         Experiment::TerrainParallel => terrain::parallel(options, progress),
+        Experiment::TerrainStore => terrain::store(options, progress),
     }
 }

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::geom::ViewError;
 use crate::import::ImportError;
 use crate::index::{BuildError, FileError};
+use crate::terrain::pyramid::PyramidError;
 use crate::terrain::{FieldError, KnobError};
 
 /// What an experiment found: tables, plots and pictures, and all of it for programs.
@@ -73,6 +74,9 @@ pub enum ReportError {
     /// A tree cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// A `.terrain` file cannot be read or written.
+    #[error(transparent)]
+    Pyramid(#[from] PyramidError),
     /// A camera cannot stand where it should.
     #[error("camera: {0}")]
     View(#[from] ViewError),

@@ -65,6 +65,11 @@ fn noise(x: f64, y: f64, octave: u64) -> f64 {
 
 /// Ten views on the way across a field, low above the ground, looking ahead.
 pub(super) fn flight(field: &HeightField) -> Result<Vec<View>, ReportError> {
+    flight_of(field, POSITIONS)
+}
+
+/// The same way in so many views.
+pub(super) fn flight_of(field: &HeightField, views: u32) -> Result<Vec<View>, ReportError> {
     let grid = field.grid();
     let at = |part: f64| {
         let size = DVec2::new(
@@ -76,7 +81,7 @@ pub(super) fn flight(field: &HeightField) -> Result<Vec<View>, ReportError> {
         xy.extend(ground.unwrap_or(0.0) + FLYING_M)
     };
     let view = |n: u32| {
-        let part = 0.05 + 0.8 * f64::from(n) / f64::from(POSITIONS);
+        let part = 0.05 + 0.8 * f64::from(n) / f64::from(views);
         let (eye, ahead) = (at(part), at(part + 0.1));
         let orientation = Orientation::LookAt {
             target: DVec3::new(ahead.x, ahead.y, eye.z - 0.1 * eye.distance(ahead)),
@@ -95,7 +100,7 @@ pub(super) fn flight(field: &HeightField) -> Result<Vec<View>, ReportError> {
             [1920, 1080],
         )?)
     };
-    (0..POSITIONS).map(view).collect()
+    (0..views).map(view).collect()
 }
 
 /// The whole field from above and aside, everything in view.
