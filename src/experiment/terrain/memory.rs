@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::store::SHARE;
 use super::supply::{Drawn, Supply, Way};
 use crate::experiment::{Progress, ReportError};
 use crate::geom::{DVec2, DVec3, DepthRange, Orientation, Projection, View};
@@ -16,6 +17,8 @@ const SPACING_M: f64 = 10.0;
 /// Depth of the blocks that are written one at a time.
 const BLOCK_LEVELS: u32 = 8;
 const FRAMES: u32 = 100;
+/// D's view range: what a frame draws must not grow with the ground either.
+const VIEW_RANGE_M: f64 = 2_500.0;
 
 /// One ground.
 pub(super) struct Row {
@@ -55,9 +58,10 @@ fn row(path: &Path, growth: u32, side: u32) -> Result<Row, ReportError> {
         largest.set(largest.get().max(anonymous()))
     })?;
     let pyramid = Pyramid::open(path)?;
-    let mut supply = Supply::new(Way::Queue, &pyramid, path);
+    let mut supply = Supply::new(Way::Queue, &pyramid, path).reaching(2.0);
+    let knobs = Criterion::Roughness.share(&Criterion::Roughness.knobs(), SHARE);
     for frame in 0..FRAMES {
-        supply.frame(&view(&grid, frame)?, &Criterion::Roughness.knobs())?;
+        supply.frame(&view(&grid, frame)?, &knobs)?;
     }
     let held = supply.counts().most;
     Ok(Row {
@@ -90,7 +94,7 @@ fn view(grid: &Grid, frame: u32) -> Result<View, ReportError> {
     let projection = Projection::Perspective { fov_y_deg: 60.0 };
     let depth = DepthRange {
         near: 1.0,
-        far: None,
+        far: Some(VIEW_RANGE_M),
     };
     Ok(View::new(
         eye.extend(250.0),

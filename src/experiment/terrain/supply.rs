@@ -92,6 +92,12 @@ impl<'a> Supply<'a> {
         }
     }
 
+    /// With so many times the range.
+    pub(super) fn reaching(mut self, times: f64) -> Self {
+        self.reach.near_m *= times;
+        self
+    }
+
     /// What the store has done; nothing where there is none.
     pub(super) fn counts(&self) -> StoreCounts {
         self.store.counts()
