@@ -3,8 +3,8 @@
 //! The vertices are those of the quadtree; a vertex needs two others, and what it needs is there.
 //! Each brings two triangles, on the border one. Counts come from the vertices alone.
 //!
-//! Source: Duchaineau et al., "ROAMing terrain: real-time optimally adapting meshes", 1997, with
-//! splits forced through the dependencies; Lindstrom and Pascucci, "Terrain simplification
+//! Source: Duchaineau et al., "`ROAMing` terrain: real-time optimally adapting meshes", 1997,
+//! with splits forced through the dependencies; Lindstrom and Pascucci, "Terrain simplification
 //! simplified", 2002, for the dependencies.
 
 use crate::geom::{DVec3, PixelScale, View};
