@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::measured::worst;
-use super::place::{POSITIONS, flight, hills};
+use super::place::{POSITIONS, flight, mountains};
 use crate::experiment::plot::{self, Labels, Series};
 use crate::experiment::report::{Plot, Table, circumstances, thousands};
 use crate::experiment::timing::{median, median_us};
@@ -29,7 +29,7 @@ pub(in crate::experiment) fn run(
     options: &Options,
     progress: &Progress,
 ) -> Result<Report, ReportError> {
-    let (field, ground) = hills(options)?;
+    let (field, ground) = mountains(options)?;
     let views = flight(&field)?;
     let mut rows = Vec::new();
     for criterion in Criterion::ALL {
