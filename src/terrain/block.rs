@@ -10,7 +10,7 @@ use super::quadtree::{Node, level_start};
 /// What is known of a node, whatever the view. Rounded outward.
 ///
 /// Law: going down, `low` never falls, and `high`, `error`, `vertex_error`, `deviation` and
-/// `holes` never rise.
+/// `holes` never rise. `whole` and `skipped` are never above the `error` of the node.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct NodeRecord {
@@ -21,6 +21,10 @@ pub struct NodeRecord {
     /// Largest vertical distance, m, between a post and the surface that is drawn in the node,
     /// whether it is drawn whole or in parts. B's ε.
     pub error: f32,
+    /// The same for the node as two triangles of its parent's fan, and nothing else.
+    pub whole: f32,
+    /// The same for the node's own fan where it skips the midpoints of sides.
+    pub skipped: f32,
     /// Largest vertical distance, m, of a midpoint of a side or diagonal from that side or
     /// diagonal, over the node and all below: the Δh of A's equation (2), and D's vertex error.
     pub vertex_error: f32,
@@ -69,6 +73,8 @@ impl NodeRecord {
         low: f32::INFINITY,
         high: f32::NEG_INFINITY,
         error: 0.0,
+        whole: 0.0,
+        skipped: 0.0,
         vertex_error: 0.0,
         deviation: 0.0,
         holes: 0,
@@ -85,7 +91,13 @@ impl NodeRecord {
     }
 
     fn is_sound(&self) -> bool {
-        let lengths = [self.error, self.vertex_error, self.deviation];
+        let lengths = [
+            self.error,
+            self.whole,
+            self.skipped,
+            self.vertex_error,
+            self.deviation,
+        ];
         let range = [self.low, self.high];
         lengths.iter().all(|l| l.is_finite() && *l >= 0.0)
             && (range.iter().all(|z| z.is_finite()) && self.has_ground()

@@ -61,6 +61,8 @@ pub struct Seen<'a> {
     pub to_eye: DVec3,
     /// Length of its longer side, m.
     pub side: f64,
+    /// That of the block it is in.
+    pub block_side: f64,
 }
 
 /// Speeds up to this, m/s, are standing still: C's f has the speed in its denominator.
@@ -80,16 +82,17 @@ impl Criterion {
         }
     }
 
-    /// Knobs to start from. In A, B and D they split what errs by more than a thousandth of its
-    /// distance; C's have units of their own, and split hills nearer than a few kilometres.
+    /// Knobs to start from. In A, B and D they split what errs by more than about a thousandth of
+    /// its distance; C's have units of their own, and draw about as much.
     pub fn knobs(self) -> Knobs {
-        let factor = match self {
-            Self::Motion => 0.001,
-            _ => 32.0,
+        let (c1, c2) = match self {
+            Self::Roughness | Self::Vertex => (32.0, 32.0),
+            Self::Error => (1024.0, 1024.0),
+            Self::Motion => (0.002, 0.002),
         };
         Knobs {
-            c1: factor,
-            c2: factor,
+            c1,
+            c2,
             speed_mps: 0.0,
             threshold: 1024.0,
         }
@@ -199,11 +202,14 @@ pub fn error(seen: &Seen, knobs: &Knobs) -> bool {
 /// f = D(z)/(C1·C2·L·r·v) ≥ 1. Here a small f means good enough, the other way round than in A
 /// and B.
 ///
+/// r is the side of the block, as in C's section 2.1. With that of the node f would rise from
+/// parent to child on any ground rougher than a plane, and a block be split whole or not at all.
+///
 /// Source: C, equation (1).
 pub fn motion(seen: &Seen, knobs: &Knobs) -> bool {
     let v = knobs.speed_mps.max(REST_MPS);
     let spread = f64::from(seen.record.deviation);
-    spread > 0.0 && spread >= knobs.c1 * knobs.c2 * seen.distance() * seen.side * v
+    spread > 0.0 && spread >= knobs.c1 * knobs.c2 * seen.distance() * seen.block_side * v
 }
 
 /// error·Threshold > L1, the largest coordinate difference between eye and vertex. The node's

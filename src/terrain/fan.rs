@@ -2,7 +2,6 @@
 
 use super::cut::{Cut, State};
 use super::ground::Ground;
-use super::layout::Posts;
 use super::quadtree::{Node, Quarter};
 use super::triangle::{Post, doubled_area};
 
@@ -95,16 +94,5 @@ impl Cut {
             self.state(ground, child) == State::Drawn
         };
         if drawn { Part::Drawn } else { Part::Left }
-    }
-}
-
-impl Posts {
-    /// The post that the fan skips on a side, and the ends of the side.
-    pub fn skipped(&self, side: usize) -> (Post, [Post; 2]) {
-        let corners = self.corners();
-        (
-            self.midpoints()[side],
-            [corners[side], corners[(side + 1) % 4]],
-        )
     }
 }

@@ -55,11 +55,12 @@ impl Interpolation {
             cell: [columns.0, rows.0],
             at: [columns.1, rows.1],
         };
-        let bilinear = within.bilinear(post);
+        let corners = within.corners(post);
+        let bilinear = within.bilinear(corners);
         let cubic = match self {
             Self::Bilinear => false,
             Self::Bicubic => true,
-            Self::ByVariance { threshold } => within.deviation(post) >= threshold,
+            Self::ByVariance { threshold } => variance(corners) >= threshold * threshold,
         };
         if cubic && !bilinear.is_nan() {
             return Some(within.bicubic(grid, post));
@@ -90,14 +91,15 @@ fn between(c: f64, count: u32, post: impl Fn(u32) -> f64) -> Option<(u32, f64)> 
     Some((before, part))
 }
 
-/// A weighted sum that posts without weight have no part in, known or not.
-fn weighted(terms: impl IntoIterator<Item = (f64, f64)>) -> f64 {
-    let counted = terms.into_iter().filter(|(weight, _)| *weight != 0.0);
-    counted.map(|(weight, z)| weight * z).sum()
-}
-
+/// Between two values; at either end that one alone, whether the other is known or not.
 fn linear(t: f64, a: f64, b: f64) -> f64 {
-    weighted([(1.0 - t, a), (t, b)])
+    if t == 0.0 {
+        a
+    } else if t == 1.0 {
+        b
+    } else {
+        a * (1.0 - t) + b * t
+    }
 }
 
 /// The cubic through `b` and `c` with the slopes of central differences. An end that is not known
@@ -130,17 +132,9 @@ impl Within {
     }
 
     /// Source: C, equation (4).
-    fn bilinear(&self, post: &impl Fn(u32, u32) -> f64) -> f64 {
-        let ([x, y], [tx, ty]) = (self.cell, self.at);
-        // A row or column that has no weight need not exist.
-        let along = |row| match tx {
-            0.0 => post(x, row),
-            _ => linear(tx, post(x, row), post(x + 1, row)),
-        };
-        match ty {
-            0.0 => along(y),
-            _ => linear(ty, along(y), along(y + 1)),
-        }
+    fn bilinear(&self, [sw, se, nw, ne]: [f64; 4]) -> f64 {
+        let [x, y] = self.at;
+        linear(y, linear(x, sw, se), linear(x, nw, ne))
     }
 
     /// Source: C, equation (5), with the coefficients of Keys's cubic.
@@ -161,14 +155,13 @@ impl Within {
         let rows = around(y).map(|row| cubic(tx, around(x).map(|column| known(column, row))));
         cubic(ty, rows)
     }
+}
 
-    /// Of the heights of the cell's four posts; NaN where one is unknown.
-    ///
-    /// Source: C, equations (2) and (3).
-    fn deviation(&self, post: &impl Fn(u32, u32) -> f64) -> f64 {
-        let heights = self.corners(post);
-        let mean = heights.iter().sum::<f64>() / 4.0;
-        let squares = heights.map(|z| (z - mean) * (z - mean));
-        (squares.iter().sum::<f64>() / 4.0).sqrt()
-    }
+/// Of the heights of a cell's four posts, m²; NaN where one is unknown. C compares its square
+/// root.
+///
+/// Source: C, equations (2) and (3).
+fn variance(heights: [f64; 4]) -> f64 {
+    let mean = heights.iter().sum::<f64>() / 4.0;
+    heights.iter().map(|z| (z - mean) * (z - mean)).sum::<f64>() / 4.0
 }

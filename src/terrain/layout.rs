@@ -112,7 +112,7 @@ impl Layout {
         }
     }
 
-    /// Length of a node's longer side before folding, m: the papers' D and r.
+    /// Length of a node's longer side before folding, m: D in A and B; on level 0 r in C.
     pub fn side_m(&self, level: u32) -> f64 {
         self.grid.spacing().max_element() * f64::from(1_u32 << (self.levels - level))
     }

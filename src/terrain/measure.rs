@@ -184,7 +184,8 @@ impl Measured<'_> {
             let root = self.layout.posts(self.root).corners();
             for at in [[0, 1, 2], [0, 2, 3]] {
                 let half = at.map(|corner: usize| root[corner]);
-                self.raise(self.root, self.distance(half));
+                let error = self.distance(half);
+                self.raise(self.root, |record| &mut record.whole, error);
             }
         }
         for level in 0..self.layout.levels() {
@@ -225,29 +226,33 @@ impl Measured<'_> {
             ];
             for k in 0..2 {
                 if whole[k] {
-                    self.raise(quarters[k], self.distance(halves[k]));
+                    let error = self.distance(halves[k]);
+                    self.raise(quarters[k], |record| &mut record.whole, error);
                 }
             }
             if whole == [true, true] {
-                let skipped = self.distance([middle, corners[side], corners[next]]);
+                let error = self.distance([middle, corners[side], corners[next]]);
+                self.raise(node, |record| &mut record.skipped, error);
                 for quarter in quarters {
-                    self.raise(quarter, skipped);
+                    self.raise(quarter, |record| &mut record.error, error);
                 }
             }
         }
     }
 
-    /// A cell has no record: what is drawn there counts for its parent.
-    fn raise(&mut self, node: Node, error: f64) {
-        let kept = if node.level == self.layout.levels() {
-            node.parent()
-        } else {
-            Some(node)
-        };
-        let largest = self.records[self.root.index()];
-        let magnitude = f64::from(largest.low.abs().max(largest.high.abs()));
-        if let Some(record) = kept.map(|node| &mut self.records[node.index()]) {
-            record.error = record.error.max(upward(error, magnitude));
+    /// Raises one number of a record, and the error with it. A cell has no record, and no post
+    /// that errs.
+    fn raise(&mut self, node: Node, which: fn(&mut NodeRecord) -> &mut f32, error: f64) {
+        if node.level == self.layout.levels() {
+            return;
+        }
+        let all = self.records[self.root.index()];
+        let magnitude = f64::from(all.low.abs().max(all.high.abs()));
+        let error = upward(error, magnitude);
+        let record = &mut self.records[node.index()];
+        for number in [which, |record| &mut record.error] {
+            let number = number(record);
+            *number = number.max(error);
         }
     }
 }

@@ -47,6 +47,7 @@ impl Judge<'_> {
             record: &record,
             to_eye: self.view.eye() - bounds.center(),
             side: self.ground.layout().side_m(node.level),
+            block_side: self.ground.layout().side_m(0),
         };
         if cells != [1, 1] && self.criterion.splits(&seen, &self.knobs) {
             State::Split

@@ -4,7 +4,6 @@ use super::criterion::{Criterion, KnobError, Knobs};
 use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
-use super::quadtree::Node;
 use super::refine::{Judge, Workers};
 use super::stitch::stitch;
 use crate::geom::{PixelScale, View};
@@ -177,35 +176,18 @@ impl Selection {
 
 /// Bound of the error of a facet on the screen.
 fn facet_error_px(ground: &Ground, view: &View, facet: &Facet) -> f64 {
-    let Some(quarters) = facet.quarters else {
-        return node_error_px(ground, view, facet.node);
+    let node = match facet.quarters {
+        Some([a, b]) if a == b => facet.node.child(a),
+        _ => facet.node,
     };
-    if facet.node.level + 1 < ground.layout().levels() {
-        let errors = quarters.map(|q| node_error_px(ground, view, facet.node.child(q)));
-        return errors[0].max(errors[1]);
-    }
-    // Between cells nothing is left out but a midpoint that was skipped.
-    if quarters[0] == quarters[1] {
-        return 0.0;
-    }
-    let (middle, ends) = ground.layout().posts(facet.node).skipped(quarters[0]);
-    let z = |post| f64::from(ground.height(facet.node, post));
-    if ends.contains(&middle) {
-        return 0.0;
-    }
-    let error = (z(middle) - f64::midpoint(z(ends[0]), z(ends[1]))).abs();
-    let record = ground.record(facet.node);
+    let record = ground.record(node);
+    let skips = facet.quarters.is_some_and(|[a, b]| a != b);
+    let error = f64::from(if skips { record.skipped } else { record.whole });
     error_px(
         error,
-        ground.bounds(facet.node, &record).distance(view.eye()),
+        ground.bounds(node, &record).distance(view.eye()),
         view,
     )
-}
-
-fn node_error_px(ground: &Ground, view: &View, node: Node) -> f64 {
-    let record = ground.record(node);
-    let distance = ground.bounds(node, &record).distance(view.eye());
-    error_px(f64::from(record.error), distance, view)
 }
 
 /// Rounded up by more than the three roundings it takes.

@@ -17,6 +17,8 @@ mod edit;
 mod effects;
 /// The experiments print, write and state what was asked for.
 mod experiment;
+/// The experiments on the ground state what they measure.
+mod experiment_terrain;
 /// Broken `CityJSON` and `GeoJSON`: what is said of it and where, and that nothing panics.
 mod import_broken_json;
 /// `CityJSON`: what each fixture and each real city comes to.

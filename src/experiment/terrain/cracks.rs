@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use serde_json::json;
 
-use super::place::{POSITIONS, flight, hills};
+use super::place::{POSITIONS, flight, mountains};
 use crate::experiment::report::{Table, circumstances, thousands};
 use crate::experiment::timing::{median, median_us};
 use crate::experiment::{Options, Progress, Report, ReportError};
@@ -37,7 +37,7 @@ pub(in crate::experiment) fn run(
     options: &Options,
     progress: &Progress,
 ) -> Result<Report, ReportError> {
-    let (field, ground) = hills(options)?;
+    let (field, ground) = mountains(options)?;
     let views = flight(&field)?;
     let detail = |subdivide_within| Detail {
         subdivide_within,

@@ -3,12 +3,13 @@
 use serde_json::json;
 
 use super::measured::worst;
-use super::place::{POSITIONS, flight, hills};
+use super::place::{POSITIONS, flight, mountains};
 use crate::experiment::plot::{self, Labels, Series};
 use crate::experiment::report::{Plot, Table, circumstances, thousands};
 use crate::experiment::timing::{median, median_us};
 use crate::experiment::{Options, Progress, Report, ReportError};
-use crate::terrain::{Criterion, Detail, Workers, select};
+use crate::geom::View;
+use crate::terrain::{Criterion, Detail, Ground, Workers, select};
 
 /// Shares of each criterion's own detail, in powers of two.
 const SHARES: std::ops::RangeInclusive<i32> = -5..=3;
@@ -28,7 +29,7 @@ pub(in crate::experiment) fn run(
     options: &Options,
     progress: &Progress,
 ) -> Result<Report, ReportError> {
-    let (field, ground) = hills(options)?;
+    let (field, ground) = mountains(options)?;
     let views = flight(&field)?;
     let mut rows = Vec::new();
     for criterion in Criterion::ALL {
@@ -39,35 +40,43 @@ pub(in crate::experiment) fn run(
                 knobs: criterion.share(&criterion.knobs(), share),
                 ..Detail::of(criterion)
             };
-            let mut each: [Vec<f64>; 5] = Default::default();
-            for view in &views {
-                let selection = select(&ground, view, &detail, Workers::One)?;
-                let found = worst(&ground, &selection.mesh(&ground), view);
-                let us = median_us(SAMPLES, || select(&ground, view, &detail, Workers::One));
-                let numbers = [
-                    selection.triangles() as f64,
-                    selection.error_px(),
-                    found.pixels,
-                    found.metres,
-                    us,
-                ];
-                for (all, number) in each.iter_mut().zip(numbers) {
-                    all.push(number);
-                }
-            }
-            let [triangles, error_px, measured_px, measured_m, select_us] = each.map(median);
-            rows.push(Row {
-                criterion,
-                share,
-                triangles,
-                error_px,
-                measured_px,
-                measured_m,
-                select_us,
-            });
+            rows.push(fly(&ground, &views, &detail, share)?);
         }
     }
-    let posts = field.grid().count() as u64;
+    report(&rows, field.grid().count() as u64)
+}
+
+/// Medians over the views.
+fn fly(ground: &Ground, views: &[View], detail: &Detail, share: f64) -> Result<Row, ReportError> {
+    let mut each: [Vec<f64>; 5] = Default::default();
+    for view in views {
+        let selection = select(ground, view, detail, Workers::One)?;
+        let found = worst(ground, &selection.mesh(ground), view);
+        let us = median_us(SAMPLES, || select(ground, view, detail, Workers::One));
+        let numbers = [
+            selection.triangles() as f64,
+            selection.error_px(),
+            found.pixels,
+            found.metres,
+            us,
+        ];
+        for (all, number) in each.iter_mut().zip(numbers) {
+            all.push(number);
+        }
+    }
+    let [triangles, error_px, measured_px, measured_m, select_us] = each.map(median);
+    Ok(Row {
+        criterion: detail.criterion,
+        share,
+        triangles,
+        error_px,
+        measured_px,
+        measured_m,
+        select_us,
+    })
+}
+
+fn report(rows: &[Row], posts: u64) -> Result<Report, ReportError> {
     let text = format!(
         "{} posts, a flight of {POSITIONS} positions, medians. The share multiplies the knobs that \
          a criterion starts from.\nThe certified error is a bound: no post is drawn farther from \

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::place::hills;
+use super::place::mountains;
 use crate::experiment::report::{Table, circumstances, thousands};
 use crate::experiment::timing::median_us;
 use crate::experiment::{Options, Progress, Report, ReportError};
@@ -25,7 +25,7 @@ pub(in crate::experiment) fn run(
     options: &Options,
     progress: &Progress,
 ) -> Result<Report, ReportError> {
-    let (field, _) = hills(options)?;
+    let (field, _) = mountains(options)?;
     let kept = every_second(&field)?;
     let asked = left_out(&field);
     let deviations = deviations(&kept);

@@ -3,7 +3,7 @@
 use rayon::ThreadPoolBuilder;
 use serde_json::json;
 
-use super::place::{hills, overview};
+use super::place::{mountains, overview};
 use crate::experiment::report::{Table, circumstances, thousands};
 use crate::experiment::timing::{median, seconds};
 use crate::experiment::{Options, Progress, Report, ReportError};
@@ -24,7 +24,7 @@ pub(in crate::experiment) fn run(
     options: &Options,
     progress: &Progress,
 ) -> Result<Report, ReportError> {
-    let (field, ground) = hills(options)?;
+    let (field, ground) = mountains(options)?;
     let view = overview(&field)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut counts: Vec<usize> = vec![2, 4, cores];

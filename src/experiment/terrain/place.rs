@@ -14,32 +14,31 @@ const FLYING_M: f64 = 60.0;
 /// Positions of a flight.
 pub(super) const POSITIONS: u32 = 10;
 
-/// Height field and ground of hills, valleys and a lake: 2^k + 1 posts a side, no more in all
+/// Height field and ground of mountains and a plain: 2^k + 1 posts a side, no more in all
 /// than the options allow, but at least 33.
-pub(super) fn hills(options: &Options) -> Result<(HeightField, Ground), ReportError> {
+pub(super) fn mountains(options: &Options) -> Result<(HeightField, Ground), ReportError> {
     let allowed = options.largest.map_or(SIDE, u32::isqrt).clamp(33, SIDE) - 1;
-    let field = fractal((1 << allowed.ilog2()) + 1)?;
+    let field = landscape((1 << allowed.ilog2()) + 1)?;
     let ground = Ground::cut(&field, &Layout::new(*field.grid()));
     Ok((field, ground))
 }
 
-/// Eight octaves of value noise, flat where it would lie below the water.
-fn fractal(side: u32) -> Result<HeightField, ReportError> {
+/// Mountains, rough at every scale, out of a plain with gentle swells and a lake.
+fn landscape(side: u32) -> Result<HeightField, ReportError> {
     let grid = Grid::new(side, side, DVec2::ZERO, DVec2::splat(SPACING_M))?;
+    let size = f64::from(side - 1);
     let height = |column: u32, row: u32| {
-        let octaves = (0..8).map(|octave| {
-            let cells = f64::from(1 << octave) * 2.0 / f64::from(side - 1);
-            let amplitude = f64::from(side - 1) * SPACING_M * 0.12 / 1.9_f64.powi(octave);
-            amplitude
-                * noise(
-                    f64::from(column) * cells,
-                    f64::from(row) * cells,
-                    octave as u64,
-                )
-        });
-        octaves
-            .sum::<f64>()
-            .max(-0.03 * f64::from(side - 1) * SPACING_M) as f32
+        let octave = |n: u64| {
+            let cells = f64::from(1 << n) / size;
+            noise(f64::from(column) * cells, f64::from(row) * cells, n)
+        };
+        let mountain = (octave(2) * 1.5 + octave(1) * 0.5).clamp(0.0, 1.0);
+        let rough: f64 = (3..10)
+            .map(|n| octave(n) / 1.9_f64.powi(n as i32 - 3))
+            .sum();
+        let plain = 0.1 * octave(1) + 0.02 * octave(4);
+        let relief = plain + mountain * mountain * (1.0 + 0.6 * rough);
+        (size * SPACING_M * 0.1 * relief.max(-0.05)) as f32
     };
     let rows = (0..side).flat_map(|row| (0..side).map(move |column| height(column, row)));
     Ok(HeightField::new(grid, rows.collect())?)

@@ -1,14 +1,13 @@
 //! ROAM as a yardstick: triangles bisected at the middle of their longest side, down to an error.
 //!
 //! The vertices are those of the quadtree; a vertex needs two others, and what it needs is there.
-//! Each brings two triangles, on the border one. Counts come from the vertices alone.
 //!
-//! Source: Duchaineau et al., "ROAMing terrain: real-time optimally adapting meshes", 1997, with
-//! splits forced through the dependencies; Lindstrom and Pascucci, "Terrain simplification
+//! Source: Duchaineau et al., "`ROAMing` terrain: real-time optimally adapting meshes", 1997,
+//! with splits forced through the dependencies; Lindstrom and Pascucci, "Terrain simplification
 //! simplified", 2002, for the dependencies.
 
 use crate::geom::{DVec3, PixelScale, View};
-use crate::terrain::HeightField;
+use crate::terrain::{HeightField, Mesh};
 
 /// A square field of 2^k + 1 posts a side.
 pub(super) struct Roam<'a> {
@@ -108,28 +107,52 @@ impl<'a> Roam<'a> {
         }
     }
 
-    /// Triangles of the mesh whose vertices err by no more than `most_px` on the screen.
-    pub(super) fn triangles(&self, view: &View, most_px: f64) -> usize {
+    /// The mesh whose vertices, where left out, err by no more than `most_px` on the screen.
+    pub(super) fn mesh(&self, view: &View, most_px: f64) -> Mesh {
         let mut active = vec![false; self.errors.len()];
-        let mut triangles = 2;
         let mut step = 1;
         while step < self.side {
             for at in self.midpoints(step).into_iter().chain(self.middles(step)) {
                 let index = self.index(at);
-                if !active[index] && self.error_px(at, view) <= most_px {
-                    continue;
-                }
-                active[index] = true;
-                let (needs, _) = self.about(at, step);
-                triangles += needs.into_iter().flatten().count();
-                for needed in needs.into_iter().flatten() {
-                    let needed = self.index(needed);
-                    active[needed] = true;
+                if active[index] || self.error_px(at, view) > most_px {
+                    active[index] = true;
+                    let (needs, _) = self.about(at, step);
+                    for needed in needs.into_iter().flatten() {
+                        let needed = self.index(needed);
+                        active[needed] = true;
+                    }
                 }
             }
             step *= 2;
         }
-        triangles
+        let mut mesh = Mesh::default();
+        let posts = (0..=self.side).flat_map(|y| (0..=self.side).map(move |x| [x, y]));
+        mesh.posts.extend(posts);
+        mesh.heights.extend_from_slice(self.field.heights());
+        let far = self.side;
+        for apex in [[far, 0], [0, far]] {
+            let base = if apex[0] == 0 {
+                [[far, far], [0, 0]]
+            } else {
+                [[0, 0], [far, far]]
+            };
+            self.bisect(&active, [apex, base[1], base[0]], &mut mesh.triangles);
+        }
+        mesh
+    }
+
+    /// A triangle, its right angle first, counter-clockwise; in halves where the middle of its
+    /// longest side is active.
+    fn bisect(&self, active: &[bool], triangle: [[u32; 2]; 3], out: &mut Vec<[u32; 3]>) {
+        let [apex, from, to] = triangle;
+        let middle = [0, 1].map(|axis| u32::midpoint(from[axis], to[axis]));
+        let ends = [from, to, apex];
+        if ends.contains(&middle) || !active[self.index(middle)] || is_cell(from, to) {
+            out.push(triangle.map(|post| self.index(post) as u32));
+        } else {
+            self.bisect(active, [middle, to, apex], out);
+            self.bisect(active, [middle, apex, from], out);
+        }
     }
 
     fn error_px(&self, at: [u32; 2], view: &View) -> f64 {
@@ -141,4 +164,9 @@ impl<'a> Roam<'a> {
             PixelScale::PerRadian(scale) => error * scale / post.distance(view.eye()),
         }
     }
+}
+
+/// Whether a longest side crosses a single cell: no post is in its middle.
+fn is_cell(from: [u32; 2], to: [u32; 2]) -> bool {
+    from[0].abs_diff(to[0]).max(from[1].abs_diff(to[1])) < 2
 }

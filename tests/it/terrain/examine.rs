@@ -1,4 +1,4 @@
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use citylod::geom::{Aabb, DVec3, PixelScale, View};
 use citylod::terrain::{HeightField, Mesh};
@@ -56,7 +56,7 @@ pub fn examine(field: &HeightField, mesh: &Mesh, view: Option<&View>) {
 /// the ground.
 fn edges(field: &HeightField, triangles: &[[Post; 3]], whole: bool) {
     let corners: HashSet<Post> = triangles.iter().flatten().copied().collect();
-    let mut sides = HashSet::new();
+    let mut sides = BTreeSet::new();
     for [a, b, c] in triangles {
         for side in [(*a, *b), (*b, *c), (*c, *a)] {
             assert!(sides.insert(side), "{side:?} twice in one direction");
