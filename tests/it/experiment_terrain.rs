@@ -107,3 +107,23 @@ fn only_c_draws_less_in_motion() {
         assert!(counts.last() < counts.first(), "{counts:?}");
     }
 }
+
+#[test]
+fn a_store_gives_the_same_triangles_and_stays_within_its_queue() {
+    let desk = Desk::new();
+    let report = desk.json("experiment terrain-store --largest 70000 --json --out here");
+    assert_eq!(report["rows"].as_array().unwrap().len(), 10);
+    assert_eq!(report["differing_frames"], 0);
+    for row in report["rows"].as_array().unwrap() {
+        assert!(number(row, "triangles") > 0.0 && number(row, "triangles") % 2048.0 == 0.0);
+        for way in ["files_fps", "anew_fps", "stores_fps", "queue_fps"] {
+            assert!(number(row, way) > 0.0, "{way}");
+        }
+        let ratio = number(row, "stores_fps") / number(row, "files_fps");
+        assert!((number(row, "ratio") - ratio).abs() < 1e-9 * ratio);
+    }
+    for row in report["memory"].as_array().unwrap() {
+        assert!(number(row, "held_tiles") <= 300.0);
+    }
+    assert!(desk.path("here/terrain-store-memory.csv").is_file());
+}

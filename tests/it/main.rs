@@ -15,6 +15,8 @@ mod desk;
 mod edit;
 /// Motion, haze and occlusion: declared, switched off, and what they leave.
 mod effects;
+/// Elevation files that a test writes.
+mod elevation_files;
 /// The experiments print, write and state what was asked for.
 mod experiment;
 /// The experiments on the ground state what they measure.
@@ -63,6 +65,8 @@ mod stability;
 mod support;
 /// The ground: blocks, criteria, meshes without cracks, heights between posts.
 mod terrain;
+/// Broken elevation files: what is said of them and where, and that nothing panics.
+mod terrain_broken;
 /// Elevation laid under a city, as a user meets it.
 mod terrain_import;
 /// The pyramid of tiles: what goes into the file comes back out of it, or is refused.

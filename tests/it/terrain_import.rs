@@ -1,10 +1,12 @@
+use std::fmt::Write as _;
+
 use crate::desk::Desk;
 
 /// A cube from (x, 0, z) to (x + 4, 4, z + 4).
 fn cube(name: &str, x: i32, z: i32) -> String {
     let mut text = format!("o {name}\n");
     for (dx, dy, dz) in [(0, 0, 0), (4, 0, 0), (4, 4, 4), (0, 4, 4)] {
-        text += &format!("v {} {} {}\n", x + dx, dy, z + dz);
+        let _ = writeln!(text, "v {} {dy} {}", x + dx, z + dz);
     }
     text + "f -4 -3 -2\nf -4 -2 -1\n"
 }
@@ -173,7 +175,7 @@ fn hostile_rasters_are_refused_within_bounded_memory() {
     encoder.set_color(png::ColorType::Rgb);
     drop(encoder.write_header().unwrap());
     desk.write("bomb.png", &png);
-    desk.write("bomb.tif", &crate::terrain_read::empty_tiff(16_000));
+    desk.write("bomb.tif", &crate::elevation_files::empty_tiff(16_000));
     for name in ["bomb.asc", "bomb.png", "bomb.tif"] {
         let script = format!(
             "ulimit -v 300000; exec {} import {name} --into city.citylod --bounds 0,0,1,1",

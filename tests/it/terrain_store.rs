@@ -61,7 +61,7 @@ fn away([west, south, east, north]: [f64; 4], eye: DVec2) -> f64 {
 
 impl Model {
     fn range(node: Node, near_m: f64) -> f64 {
-        near_m * 2_f64.powi((tiling().finest() - node.level) as i32)
+        near_m * f64::from(1 << (tiling().finest() - node.level))
     }
 
     fn wanted(eye: DVec2, near_m: f64) -> Vec<Node> {
@@ -154,6 +154,7 @@ fn deed() -> impl Strategy<Value = Deed> {
     ]
 }
 
+#[allow(clippy::unnecessary_wraps, reason = "a reader may fail")]
 fn name(node: Node) -> Result<String, Infallible> {
     Ok(format!("{node:?}"))
 }

@@ -55,7 +55,7 @@ fn row(path: &Path, growth: u32, side: u32) -> Result<Row, ReportError> {
     let tiling = Tiling::with_levels(layout, Tiling::TILE_LEVELS);
     let largest = std::cell::Cell::new(anonymous());
     write(path, &tiling, None, hill, &|_, _| {
-        largest.set(largest.get().max(anonymous()))
+        largest.set(largest.get().max(anonymous()));
     })?;
     let pyramid = Pyramid::open(path)?;
     let mut supply = Supply::new(Way::Queue, &pyramid, path).reaching(2.0);

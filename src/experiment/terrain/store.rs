@@ -7,7 +7,7 @@
 use serde_json::json;
 
 use super::memory;
-use super::place::{POSITIONS, flight_of, hills};
+use super::place::{POSITIONS, flight_of, mountains};
 use super::supply::{Supply, Way, export};
 use crate::experiment::report::{Table, circumstances, thousands};
 use crate::experiment::timing::{median, seconds};
@@ -49,8 +49,8 @@ pub(in crate::experiment) fn run(
     // First, while little else has been in memory.
     let most = options.largest.unwrap_or(u32::MAX);
     let memory = memory::rows(folder.path(), most, progress)?;
-    let (field, _) = hills(options)?;
-    let path = folder.path().join("hills.terrain");
+    let (field, _) = mountains(options)?;
+    let path = folder.path().join("mountains.terrain");
     progress("the pyramid");
     let tiling = Tiling::new(*field.grid());
     let height = |column, row| field.height(column, row);

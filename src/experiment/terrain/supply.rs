@@ -160,6 +160,7 @@ impl<'a> Supply<'a> {
                     record: &record,
                     to_eye: view.eye() - bounds.center(),
                     side: tiling.layout().side_m(node.level),
+                    block_side: tiling.layout().side_m(0),
                 };
                 if node.level < tiling.finest() && Criterion::Roughness.splits(&seen, knobs) {
                     next.extend((0..4).map(|quarter| node.child(quarter)));

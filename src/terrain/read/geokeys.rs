@@ -1,6 +1,6 @@
 //! The georeference of a TIFF: where its cells lie, in which system, and what is no data.
 //!
-//! Source: OGC `GeoTIFF` 1.1, sections 7.1 to 7.5; the tag of no data is GDAL's.
+//! Source: OGC GeoTIFF 1.1, sections 7.1 to 7.5; the tag of no data is GDAL's.
 
 use std::io::{Read, Seek};
 use std::path::Path;

@@ -1,6 +1,6 @@
-//! `GeoTIFF`: one band of heights in strips or tiles; whole numbers of 8 to 32 bits or floats.
+//! GeoTIFF: one band of heights in strips or tiles; whole numbers of 8 to 32 bits or floats.
 //!
-//! Uncompressed, deflate, LZW and `PackBits`, with predictors; classic and `BigTIFF`, either byte
+//! Uncompressed, deflate, LZW and PackBits, with predictors; classic and BigTIFF, either byte
 //! order. Strips and tiles that a sparse file leaves out are no data.
 
 use std::fs::File;

@@ -1,4 +1,4 @@
-//! Elevation files → [`Raster`]: `GeoTIFF`, ESRI ASCII grid, SRTM HGT, PNG with coded heights.
+//! Elevation files → [`Raster`]: GeoTIFF, ESRI ASCII grid, SRTM HGT, PNG with coded heights.
 //!
 //! Each format is one module of the same shape: `read(path, options)`. A cell of a raster becomes
 //! one post at the cell's centre; what the file calls no data becomes NaN. Memory is bounded by
