@@ -46,6 +46,7 @@
 //! | [`scene`] | what a city is; a generator | geom | formats, trees, cameras |
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
 //! | [`index`] | tree with representatives, packed; its file | geom, scene | views, HTTP |
+//! | [`terrain`] | height field, quadtree, criteria, meshes without cracks | geom | scene, index |
 //! | [`control`] | `far_dist` from frame times: a pure step | – | trees, views, clocks |
 //! | [`lod`] | the seven-step retrieval, error and budget modes | geom, index | files, HTTP |
 //! | [`raster`] | id-buffer of boxes and meshes; pictures | geom, scene | LOD, HTTP |
@@ -77,3 +78,4 @@ pub mod lod;
 pub mod raster;
 pub mod scene;
 pub mod service;
+pub mod terrain;

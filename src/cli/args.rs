@@ -8,6 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
+use super::ground::GroundArgs;
 use crate::experiment::Experiment;
 use crate::geom::DVec3;
 use crate::import::Up;
@@ -23,7 +24,8 @@ pub(super) struct Args {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// Turn city files (glTF, GLB, OBJ, CityJSON, CityJSONSeq, GeoJSON; also gzipped) into a .citylod
+    /// Turn city files (glTF, GLB, OBJ, CityJSON, CityJSONSeq, GeoJSON; also gzipped) into a
+    /// .citylod, or elevation (GeoTIFF, ASCII grid, HGT, PNG) into the ground of one
     Import(ImportArgs),
     /// Make a city up: streets, blocks, a downtown, suburbs, parks with trees
     Generate(GenerateArgs),
@@ -41,12 +43,14 @@ pub(super) enum Command {
 
 #[derive(Debug, clap::Args)]
 pub(super) struct ImportArgs {
-    /// Files of one city; formats may differ
+    /// Files of one city; formats may differ. With --into, one elevation file
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// Where to write the city: a name that ends in .citylod
-    #[arg(short, long, value_parser = citylod_name)]
-    pub output: PathBuf,
+    #[arg(short, long, value_parser = citylod_name, required_unless_present = "into")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub ground: GroundArgs,
     /// Axis that points up [default: y for glTF, z for OBJ]
     #[arg(long)]
     pub up: Option<UpArg>,
@@ -221,7 +225,7 @@ pub(super) fn extension(path: &Path) -> &str {
         .unwrap_or_default()
 }
 
-fn citylod_name(text: &str) -> Result<PathBuf, String> {
+pub(super) fn citylod_name(text: &str) -> Result<PathBuf, String> {
     match extension(Path::new(text)) {
         "citylod" => Ok(text.into()),
         _ => Err("the name must end in .citylod".into()),

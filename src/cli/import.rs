@@ -1,12 +1,22 @@
+use std::path::Path;
+
 use anyhow::{Result, bail};
 
 use super::args::ImportArgs;
 use super::effects::declared;
-use super::{progress, text};
+use super::{ground, progress, text};
 use crate::import::{Options, Unused, import};
 use crate::index;
 
 pub(super) fn run(args: &ImportArgs) -> Result<()> {
+    match (&args.output, &args.ground.into) {
+        (_, Some(city)) => ground::import(args, city),
+        (Some(output), None) => import_city(args, output),
+        (None, None) => bail!("nowhere to write to; give -o or --into"),
+    }
+}
+
+fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
     let effects = declared(args.effects.as_deref())?;
     let options = Options {
         up: args.up.map(Into::into),
@@ -40,16 +50,16 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     if imported.scene.objects.is_empty() {
         bail!(
             "the files hold no object to import; {} is left as it was",
-            args.output.display()
+            output.display()
         );
     }
     let spinner = progress::spinner();
     spinner.set_message("building the index");
     let tree = index::build(&imported.scene, args.promote.into())?;
     spinner.set_message("writing");
-    tree.save(&args.output)?;
+    tree.save(output)?;
     spinner.finish_and_clear();
-    eprintln!("{}: {}", args.output.display(), text::summary(&tree));
+    eprintln!("{}: {}", output.display(), text::summary(&tree));
     Ok(())
 }
 

@@ -4,21 +4,24 @@ use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::InfoArgs;
+use super::ground;
 use super::text::{self, grouped};
 use crate::geom::{Aabb, DVec3};
 use crate::index::LodTree;
+use crate::terrain::pyramid::Pyramid;
 
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let tree = LodTree::open_verified(&args.file)?;
+    let ground = ground::of_city(&args.file, args.check)?;
     let mut out = BufWriter::new(io::stdout().lock());
     if args.objects {
         objects(&tree, &mut out)?;
     } else if args.nodes {
         nodes(&tree, &mut out)?;
     } else if args.json {
-        writeln!(out, "{:#}", summary(args, &tree))?;
+        writeln!(out, "{:#}", summary(args, &tree, ground.as_ref()))?;
     } else {
-        table(args, &tree, &mut out)?;
+        table(args, &tree, ground.as_ref(), &mut out)?;
     }
     out.flush()?;
     if args.check {
@@ -42,7 +45,7 @@ fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
     Ok(())
 }
 
-fn summary(args: &InfoArgs, tree: &LodTree) -> serde_json::Value {
+fn summary(args: &InfoArgs, tree: &LodTree, ground: Option<&Pyramid>) -> serde_json::Value {
     json!({
         "file": args.file.display().to_string(),
         "bytes": tree.byte_len(),
@@ -56,6 +59,7 @@ fn summary(args: &InfoArgs, tree: &LodTree) -> serde_json::Value {
         "origin": tree.origin().to_array(),
         "classes": class_counts(tree).into_iter().collect::<serde_json::Map<_, _>>(),
         "effects": tree.effects(),
+        "terrain": ground.map(ground::summary),
     })
 }
 
@@ -78,7 +82,12 @@ fn class_counts(tree: &LodTree) -> Vec<(String, serde_json::Value)> {
     names.zip(counts.into_iter().map(Into::into)).collect()
 }
 
-fn table(args: &InfoArgs, tree: &LodTree, out: &mut impl Write) -> io::Result<()> {
+fn table(
+    args: &InfoArgs,
+    tree: &LodTree,
+    ground: Option<&Pyramid>,
+    out: &mut impl Write,
+) -> io::Result<()> {
     let bounds = tree.bounds();
     writeln!(out, "file       {}", args.file.display())?;
     writeln!(
@@ -108,6 +117,9 @@ fn table(args: &InfoArgs, tree: &LodTree, out: &mut impl Write) -> io::Result<()
     writeln!(out, "promotion  {promotion}")?;
     let effects = serde_json::to_string(tree.effects()).unwrap_or_default();
     writeln!(out, "effects    {effects}")?;
+    if let Some(ground) = ground {
+        writeln!(out, "ground     {}", ground::line(ground))?;
+    }
     if !bounds.is_empty() {
         writeln!(
             out,

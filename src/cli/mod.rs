@@ -5,6 +5,7 @@ mod effects;
 mod experiment;
 mod generate;
 pub mod glb;
+mod ground;
 mod import;
 mod info;
 mod progress;

@@ -17,6 +17,7 @@ mod report;
 mod scaling;
 pub mod stability;
 mod street;
+mod terrain;
 mod timing;
 mod views;
 
@@ -42,11 +43,23 @@ pub enum Experiment {
     Effects,
     /// Promises about rounding, against exact arithmetic.
     Stability,
+    /// Four criteria on one ground.
+    TerrainCriteria,
+    /// Ways to mend cracks.
+    TerrainCracks,
+    /// Bilinear, bicubic, and by variance.
+    TerrainInterpolation,
+    /// Detail at rest and in motion (C, table 1).
+    TerrainMotion,
+    /// Refinement by several threads (D, table 3).
+    TerrainParallel,
+    /// Tiles kept and tiles read again (A, table 1); memory as the ground grows (D, table 3).
+    TerrainStore,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 13] = [
         Self::FarDist,
         Self::Views,
         Self::Scaling,
@@ -54,6 +67,12 @@ impl Experiment {
         Self::Culling,
         Self::Stability,
         Self::Effects,
+        Self::TerrainCriteria,
+        Self::TerrainCracks,
+        Self::TerrainInterpolation,
+        Self::TerrainMotion,
+        Self::TerrainParallel,
+        Self::TerrainStore,
     ];
 
     /// The name on the command line and of the files written.
@@ -66,6 +85,12 @@ impl Experiment {
             Self::Culling => "culling",
             Self::Effects => "effects",
             Self::Stability => "stability",
+            Self::TerrainCriteria => "terrain-criteria",
+            Self::TerrainCracks => "terrain-cracks",
+            Self::TerrainInterpolation => "terrain-interpolation",
+            Self::TerrainMotion => "terrain-motion",
+            Self::TerrainParallel => "terrain-parallel",
+            Self::TerrainStore => "terrain-store",
         }
     }
 
@@ -79,6 +104,12 @@ impl Experiment {
             Self::Culling => "What does each way to cull cost, and what does it keep?",
             Self::Effects => "What does each effect cost, declared and not?",
             Self::Stability => "Do the promises about rounding hold against exact arithmetic?",
+            Self::TerrainCriteria => "What do the criteria of four papers draw of one ground?",
+            Self::TerrainCracks => "What does it cost to draw ground without cracks?",
+            Self::TerrainInterpolation => "How are heights between posts found best?",
+            Self::TerrainMotion => "How much less ground is drawn in motion?",
+            Self::TerrainParallel => "How much faster do several threads refine the ground?",
+            Self::TerrainStore => "What does it bring to keep the tiles that were read?",
         }
     }
 
@@ -96,7 +127,7 @@ impl Experiment {
 pub struct Options {
     /// Cities to look at beside the generated ones; any file that can be imported or opened.
     pub cities: Vec<PathBuf>,
-    /// Largest generated city, objects; default 10,000,000.
+    /// Largest generated city, objects, default 10,000,000; of ground, posts.
     pub largest: Option<u32>,
     /// This program as a command, whose instructions can be counted.
     pub program: Option<PathBuf>,
@@ -122,5 +153,11 @@ pub fn run(
         Experiment::Culling => culling::run(options, progress),
         Experiment::Effects => effects::run(options, progress),
         Experiment::Stability => stability::run(progress),
+        Experiment::TerrainCriteria => terrain::criteria(options, progress),
+        Experiment::TerrainCracks => terrain::cracks(options, progress),
+        Experiment::TerrainInterpolation => terrain::interpolation(options, progress),
+        Experiment::TerrainMotion => terrain::motion(options, progress),
+        Experiment::TerrainParallel => terrain::parallel(options, progress),
+        Experiment::TerrainStore => terrain::store(options, progress),
     }
 }

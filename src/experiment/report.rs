@@ -9,6 +9,8 @@ use serde_json::{Value, json};
 use crate::geom::ViewError;
 use crate::import::ImportError;
 use crate::index::{BuildError, FileError};
+use crate::terrain::pyramid::PyramidError;
+use crate::terrain::{FieldError, KnobError};
 
 /// What an experiment found: tables, plots and pictures, and all of it for programs.
 #[derive(Debug, Clone, Default)]
@@ -72,9 +74,21 @@ pub enum ReportError {
     /// A tree cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// A `.terrain` file cannot be read or written.
+    #[error(transparent)]
+    Pyramid(#[from] PyramidError),
     /// A camera cannot stand where it should.
     #[error("camera: {0}")]
     View(#[from] ViewError),
+    /// The ground cannot be as it should.
+    #[error("ground: {0}")]
+    Ground(#[from] FieldError),
+    /// A criterion cannot be tuned as it should.
+    #[error("criterion: {0}")]
+    Criterion(#[from] KnobError),
+    /// No threads to be had.
+    #[error("cannot start threads: {0}")]
+    Threads(String),
     /// A result cannot be written.
     #[error("{}: cannot write", path.display())]
     Write {

@@ -19,8 +19,12 @@ mod difference;
 mod edit;
 /// Motion, haze and occlusion: declared, switched off, and what they leave.
 mod effects;
+/// Elevation files that a test writes.
+mod elevation_files;
 /// The experiments print, write and state what was asked for.
 mod experiment;
+/// The experiments on the ground state what they measure.
+mod experiment_terrain;
 /// Broken `CityJSON` and `GeoJSON`: what is said of it and where, and that nothing panics.
 mod import_broken_json;
 /// `CityJSON`: what each fixture and each real city comes to.
@@ -67,6 +71,18 @@ mod service;
 mod stability;
 /// Random scenes and cameras.
 mod support;
+/// The ground: blocks, criteria, meshes without cracks, heights between posts.
+mod terrain;
+/// Broken elevation files: what is said of them and where, and that nothing panics.
+mod terrain_broken;
+/// Elevation laid under a city, as a user meets it.
+mod terrain_import;
+/// The pyramid of tiles: what goes into the file comes back out of it, or is refused.
+mod terrain_pyramid;
+/// Elevation files: every format against rasterio, and what is said of broken ones.
+mod terrain_read;
+/// Stores of tiles against plain lists.
+mod terrain_store;
 /// The sources keep the layer table and the house rules.
 mod tidy;
 /// Files that a test writes, damages and imports.

@@ -1,0 +1,98 @@
+//! The triangles of a cut: two for a block drawn whole, a fan for every split node.
+
+use super::cut::{Cut, State};
+use super::ground::Ground;
+use super::quadtree::{Node, Quarter};
+use super::triangle::{Post, doubled_area};
+
+/// A triangle of a cut and the nodes that it lies in.
+#[derive(Debug, Clone, Copy)]
+pub struct Facet {
+    /// Counter-clockwise from above; never without area.
+    pub corners: [Post; 3],
+    /// The node whose fan it belongs to, or the block itself.
+    pub node: Node,
+    /// Quarters of the fan that it lies in, the second one where a midpoint was skipped; `None`
+    /// for a block drawn whole.
+    pub quarters: Option<[Quarter; 2]>,
+}
+
+/// How a quarter takes part in its parent's fan.
+#[derive(Clone, Copy, PartialEq)]
+enum Part {
+    /// Its triangles are to be drawn.
+    Drawn,
+    /// They are not: it is split itself, out of view, or a hole.
+    Left,
+}
+
+impl Cut {
+    /// Hands every triangle of the cut to `draw`, block by block, coarse fans first.
+    pub fn facets(&self, ground: &Ground, mut draw: impl FnMut(Facet)) {
+        for (number, block) in self.blocks() {
+            let root = ground.layout().block(number);
+            if block.states[root.index()] == State::Drawn {
+                let corners = ground.layout().posts(root).corners();
+                for at in [[0, 1, 2], [0, 2, 3]] {
+                    draw(Facet {
+                        corners: at.map(|corner: usize| corners[corner]),
+                        node: root,
+                        quarters: None,
+                    });
+                }
+            }
+            for node in block.splits.iter().flatten() {
+                self.fan(ground, *node, &mut draw);
+            }
+        }
+    }
+
+    /// Which of the four neighbours of a split node are there to be matched: 1 where the node
+    /// of the same level is split too or no ground is drawn, 0 where the side's midpoint is to be
+    /// skipped. South, east, north, west.
+    ///
+    /// Source: A, section 2: a flag array of length 4.
+    pub fn flags(&self, ground: &Ground, node: Node) -> [bool; 4] {
+        [0, 1, 2, 3].map(|side| {
+            let neighbour = node.across(side);
+            neighbour.is_none_or(|n| self.cover(ground, n) != State::Drawn)
+        })
+    }
+
+    fn fan(&self, ground: &Ground, node: Node, draw: &mut impl FnMut(Facet)) {
+        let posts = ground.layout().posts(node);
+        let (corners, midpoints) = (posts.corners(), posts.midpoints());
+        let parts = [0, 1, 2, 3].map(|quarter| self.part(ground, node.child(quarter)));
+        let flags = self.flags(ground, node);
+        for side in 0..4 {
+            let next = (side + 1) % 4;
+            let drawn = [side, next].map(|quarter| parts[quarter] == Part::Drawn);
+            let mut facet = |wanted, from, to, quarters| {
+                let corners = [posts.middle, from, to];
+                if wanted && doubled_area(corners) != 0 {
+                    draw(Facet {
+                        corners,
+                        node,
+                        quarters: Some(quarters),
+                    });
+                }
+            };
+            if flags[side] {
+                facet(drawn[0], corners[side], midpoints[side], [side, side]);
+                facet(drawn[1], midpoints[side], corners[next], [next, next]);
+            } else {
+                let any = drawn[0] || drawn[1];
+                facet(any, corners[side], corners[next], [side, next]);
+            }
+        }
+    }
+
+    fn part(&self, ground: &Ground, child: Node) -> Part {
+        let drawn = if child.level == self.levels().end {
+            ground.record(child).has_ground()
+        } else {
+            self.state(ground, child) == State::Drawn
+        };
+        if drawn { Part::Drawn } else { Part::Left }
+    }
+}

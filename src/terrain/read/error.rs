@@ -1,0 +1,126 @@
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::terrain::FieldError;
+
+/// Where in an elevation file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// Line, from 1.
+    Line(u64),
+    /// A TIFF tag, by its name.
+    Tag(&'static str),
+    /// A strip or tile of a TIFF, from 0.
+    Chunk(u32),
+    /// Column and row of a sample, from the north-west, from 0.
+    Sample(u32, u32),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File => Ok(()),
+            Self::Line(line) => write!(f, "line {line}: "),
+            Self::Tag(name) => write!(f, "tag {name}: "),
+            Self::Chunk(chunk) => write!(f, "strip or tile {chunk}: "),
+            Self::Sample(column, row) => write!(f, "column {column}, row {row}: "),
+        }
+    }
+}
+
+/// Why an elevation file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The operating system refused.
+    #[error("{}: cannot read", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The name is of no known format.
+    #[error(
+        "{}: not an elevation format known here; expected .tif, .tiff, .asc, .hgt or .png",
+        path.display()
+    )]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The content breaks the rules of its format.
+    #[error("{}: {place}{reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: Place,
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
+    /// The format is known, something in the file is not.
+    #[error("{}: has {feature}, which is not supported; {way_out}", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What it has.
+        feature: String,
+        /// What the user can do.
+        way_out: &'static str,
+    },
+    /// More posts than are read at once.
+    #[error(
+        "{}: {columns} x {rows} posts are more than are read at once ({most}); cut the raster or make it coarser",
+        path.display()
+    )]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Posts from west to east.
+        columns: u64,
+        /// Posts from south to north.
+        rows: u64,
+        /// The most there may be.
+        most: u64,
+    },
+    /// The raster lies in another system than it is asked for.
+    #[error(
+        "{}: lies in {found}, not in {wanted}; reproject it, for example with gdalwarp -t_srs {wanted}",
+        path.display()
+    )]
+    CrsMismatch {
+        /// The file.
+        path: PathBuf,
+        /// Its system.
+        found: String,
+        /// The system it is needed in.
+        wanted: String,
+    },
+    /// The numbers make no height field.
+    #[error("{}: {source}", path.display())]
+    Field {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: FieldError,
+    },
+}
+
+impl ReadError {
+    pub(super) fn malformed(path: &Path, place: Place, reason: impl Into<String>) -> Self {
+        Self::Malformed {
+            path: path.to_owned(),
+            place,
+            reason: reason.into(),
+        }
+    }
+
+    pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Elevation files → [`Raster`]: GeoTIFF, ESRI ASCII grid, SRTM HGT, PNG with coded heights.
+//!
+//! Each format is one module of the same shape: `read(path, options)`. A cell of a raster becomes
+//! one post at the cell's centre; what the file calls no data becomes NaN. Memory is bounded by
+//! what the file is long enough to hold: sizes are believed only after that check.
+//!
+//! [`Raster::to_metres`] turns longitudes and latitudes into metres.
+
+mod ascii;
+mod error;
+mod geokeys;
+mod geotiff;
+mod hgt;
+mod metres;
+mod png;
+mod raster;
+
+use std::path::Path;
+
+pub use error::{Place, ReadError};
+pub use png::Encoding;
+pub use raster::{Raster, Units};
+
+/// What the caller may say of a file that does not say it itself.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Coordinate reference system, e.g. `EPSG:25832`; goes before what the file says.
+    pub crs: Option<String>,
+    /// How a PNG codes heights; default: told by its reds, see [`Encoding`].
+    pub encoding: Option<Encoding>,
+    /// Outer edges of a PNG: west, south, east, north; default: from its world file.
+    pub bounds: Option<[f64; 4]>,
+}
+
+/// Reads one elevation file; its format is what its name ends in.
+///
+/// # Errors
+/// [`ReadError`], naming the file and the place in it.
+pub fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("tif" | "tiff") => geotiff::read(path, options),
+        Some("asc") => ascii::read(path, options),
+        Some("hgt") => hgt::read(path, options),
+        Some("png") => png::read(path, options),
+        _ => Err(ReadError::UnknownFormat {
+            path: path.to_owned(),
+        }),
+    }
+}

@@ -1,0 +1,101 @@
+//! What every format comes to: posts from the north, and where they lie.
+
+use std::path::Path;
+
+use super::error::{Place, ReadError};
+use crate::geom::DVec2;
+use crate::terrain::{FieldError, Grid, HeightField};
+
+/// Most posts that are read at once: 1 GiB of heights.
+pub(super) const MOST_POSTS: u64 = 1 << 28;
+
+/// What the horizontal coordinates of a raster are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Units {
+    /// East and north, m.
+    Metres,
+    /// Longitude and latitude, degrees.
+    Degrees,
+}
+
+/// A height field as it lies in its file.
+#[derive(Debug, Clone)]
+pub struct Raster {
+    /// The posts; heights in metres, positions in `units`.
+    pub field: HeightField,
+    /// Coordinate reference system as `AUTHORITY:CODE`, where file or caller named one.
+    pub crs: Option<String>,
+    /// What the positions are.
+    pub units: Units,
+}
+
+/// Number of posts, if so many may be read.
+pub(super) fn count(path: &Path, columns: u64, rows: u64) -> Result<usize, ReadError> {
+    if columns == 0 || rows == 0 {
+        let reason = format!("{columns} x {rows} posts are no raster");
+        return Err(ReadError::malformed(path, Place::File, reason));
+    }
+    let posts = columns.checked_mul(rows).filter(|&n| n <= MOST_POSTS);
+    posts.map(|n| n as usize).ok_or(ReadError::TooLarge {
+        path: path.to_owned(),
+        columns,
+        rows,
+        most: MOST_POSTS,
+    })
+}
+
+/// A grid of so many posts from its south-west one on.
+pub(super) fn grid(
+    path: &Path,
+    [columns, rows]: [u32; 2],
+    south_west: impl Into<DVec2>,
+    spacing: impl Into<DVec2>,
+) -> Result<Grid, ReadError> {
+    let grid = Grid::new(columns, rows, south_west.into(), spacing.into());
+    grid.map_err(|source| no_field(path, source))
+}
+
+/// Turns rows from the north into a field, whose rows run from the south.
+pub(super) fn field(
+    path: &Path,
+    grid: Grid,
+    mut from_north: Vec<f32>,
+) -> Result<HeightField, ReadError> {
+    let (columns, rows) = (grid.columns() as usize, grid.rows() as usize);
+    for row in 0..rows / 2 {
+        let (north, south) = from_north.split_at_mut((rows - 1 - row) * columns);
+        north[row * columns..(row + 1) * columns].swap_with_slice(&mut south[..columns]);
+    }
+    HeightField::new(grid, from_north).map_err(|source| no_field(path, source))
+}
+
+fn no_field(path: &Path, source: FieldError) -> ReadError {
+    ReadError::Field {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// What positions are and which system they lie in, where a file does not say so: degrees where
+/// the numbers can be that and hardly metres, which is on the globe with posts less than a tenth
+/// apart.
+pub(super) fn assumed(crs: Option<&str>, grid: &Grid) -> (Units, Option<String>) {
+    let (west, east) = (grid.x(0), grid.x(grid.columns() - 1));
+    let (south, north) = (grid.y(0), grid.y(grid.rows() - 1));
+    let on_globe = west >= -180.0 && east <= 360.0 && south >= -90.0 && north <= 90.0;
+    match crs {
+        Some(crs) if is_geographic(crs) => (Units::Degrees, Some(crs.to_owned())),
+        Some(crs) => (Units::Metres, Some(crs.to_owned())),
+        None if on_globe && grid.spacing().max_element() < 0.1 => {
+            (Units::Degrees, Some("EPSG:4326".to_owned()))
+        }
+        None => (Units::Metres, None),
+    }
+}
+
+/// Whether a system has degrees for coordinates: `OGC:CRS84` and the range that EPSG gives to
+/// geographic systems, 4001 to 4999.
+pub(super) fn is_geographic(crs: &str) -> bool {
+    let code = crs.strip_prefix("EPSG:").and_then(|c| c.parse().ok());
+    crs.starts_with("OGC:CRS84") || code.is_some_and(|code: u32| (4001..5000).contains(&code))
+}

@@ -1,0 +1,196 @@
+use std::fmt::Write as _;
+
+use crate::desk::Desk;
+
+/// A cube from (x, 0, z) to (x + 4, 4, z + 4).
+fn cube(name: &str, x: i32, z: i32) -> String {
+    let mut text = format!("o {name}\n");
+    for (dx, dy, dz) in [(0, 0, 0), (4, 0, 0), (4, 4, 4), (0, 4, 4)] {
+        let _ = writeln!(text, "v {} {dy} {}", x + dx, z + dz);
+    }
+    text + "f -4 -3 -2\nf -4 -2 -1\n"
+}
+
+/// Posts 10 m apart from (−45, −45) on, rising 1 m a column.
+fn slope() -> String {
+    let row: Vec<String> = (0..12).map(|column| column.to_string()).collect();
+    let head = "ncols 12\nnrows 10\nxllcenter -45\nyllcenter -45\ncellsize 10\n";
+    head.to_owned() + &format!("{}\n", row.join(" ")).repeat(10)
+}
+
+fn city(desk: &Desk) {
+    // The ground under x = 0 … 4 is 4.5 to 4.9 m high, under x = 20 … 24 6.5 to 6.9 m.
+    let cubes = [
+        ("stands", 0, 4),
+        ("hovers", 0, 20),
+        ("buried", 20, -9),
+        ("far", 900, 0),
+    ];
+    let cubes: String = cubes.iter().map(|&(name, x, z)| cube(name, x, z)).collect();
+    desk.write("c.obj", cubes.as_bytes());
+    desk.out("import c.obj -o city.citylod");
+}
+
+#[test]
+fn ground_lies_beside_its_city_and_is_told_of() {
+    let desk = Desk::new();
+    city(&desk);
+    let before = std::fs::read(desk.path("city.citylod")).unwrap();
+    assert!(desk.json("info city.citylod --json")["terrain"].is_null());
+    assert!(!desk.out("info city.citylod").contains("ground"));
+    desk.write("slope.asc", slope().as_bytes());
+    let run = desk.run("import slope.asc --into city.citylod");
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    for words in [
+        "hovers: its base is 15.1 m above the ground",
+        "buried: its base is 15.5 m below the ground",
+        "of 4 objects, 1 stand more than 2 m above the ground under them and 1 more than that below",
+        "1 have no ground under them; the ground reaches from -45 -45 to 65 45",
+        "city.terrain: 12 x 10 posts 10 x 10 m apart, 0 to 11 m high",
+    ] {
+        assert!(run.err.contains(words), "{words:?} is not in {}", run.err);
+    }
+    assert!(!run.err.contains("stands:"), "{}", run.err);
+    assert_eq!(std::fs::read(desk.path("city.citylod")).unwrap(), before);
+    let told = desk.json("info city.citylod --check --json");
+    assert_eq!(told["terrain"]["posts"], serde_json::json!([12, 10]));
+    assert_eq!(told["terrain"]["heights_m"], serde_json::json!([0.0, 11.0]));
+    assert!(
+        desk.out("info city.citylod")
+            .contains("ground     12 x 10 posts")
+    );
+    let run = desk.run("import slope.asc --into city.citylod --warnings 1");
+    assert_eq!(run.err.matches(": its base is").count(), 1, "{}", run.err);
+    assert!(run.err.contains("1 more object"), "{}", run.err);
+}
+
+#[test]
+fn what_is_typed_of_elevation_changes_it() {
+    let desk = Desk::new();
+    city(&desk);
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 2, 2);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels = [1, 134, 160].repeat(4);
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(&pixels)
+        .unwrap();
+    desk.write("sea.png", &png);
+    let heights = |options: &str| {
+        desk.out(&format!(
+            "import sea.png --into city.citylod --bounds -50,-50,50,50{options}"
+        ));
+        desk.json("info city.citylod --json")["terrain"].clone()
+    };
+    assert_eq!(heights("")["heights_m"], serde_json::json!([0.0, 0.0]));
+    assert_eq!(heights("")["origin_m"], serde_json::json!([-25.0, -25.0]));
+    let low = heights(" --encoding terrarium")["heights_m"][0]
+        .as_f64()
+        .unwrap();
+    assert!((low + 32_377.375).abs() < 1e-6, "{low}");
+    assert!(heights("")["crs"].is_null());
+    assert_eq!(heights(" --crs EPSG:6677")["crs"], "EPSG:6677");
+    desk.refuses(
+        "import sea.png --into city.citylod",
+        1,
+        &["sea.png", "--bounds"],
+    );
+}
+
+#[test]
+fn ground_that_cannot_be_is_refused_and_the_old_kept() {
+    let desk = Desk::new();
+    city(&desk);
+    desk.write("slope.asc", slope().as_bytes());
+    desk.out("import slope.asc --into city.citylod");
+    let before = std::fs::read(desk.path("city.terrain")).unwrap();
+    desk.write("cut.asc", &slope().as_bytes()[..300]);
+    desk.write(
+        "line.asc",
+        b"ncols 2 nrows 1 xllcorner 0 yllcorner 0 cellsize 10 1 2",
+    );
+    for (words, code, expected) in [
+        (
+            "import cut.asc --into city.citylod",
+            1,
+            &["cut.asc", "line", "heights"][..],
+        ),
+        ("import line.asc --into city.citylod", 1, &["2 x 1 posts"]),
+        (
+            "import c.obj --into city.citylod",
+            1,
+            &["c.obj", "not an elevation format"],
+        ),
+        (
+            "import none.asc --into city.citylod",
+            1,
+            &["none.asc", "cannot read"],
+        ),
+        ("import slope.asc --into none.citylod", 1, &["none.citylod"]),
+        (
+            "import slope.asc slope.asc --into city.citylod",
+            1,
+            &["one elevation file"],
+        ),
+        ("import slope.asc", 2, &["--output"]),
+        (
+            "import slope.asc --into city.citylod -o a.citylod",
+            2,
+            &["cannot be used with"],
+        ),
+        ("import c.obj -o a.citylod --crs EPSG:1", 2, &["--into"]),
+        (
+            "import slope.asc --into city.citylod --bounds 1,2,3",
+            2,
+            &["west,south,east,north"],
+        ),
+    ] {
+        desk.refuses(words, code, expected);
+    }
+    assert_eq!(std::fs::read(desk.path("city.terrain")).unwrap(), before);
+    let mut damaged = before;
+    let last = damaged.len() - 70;
+    damaged[last] ^= 1;
+    desk.write("city.terrain", &damaged);
+    let run = desk.run("info city.citylod --check");
+    assert_eq!(run.code, Some(1));
+    assert!(run.err.contains("section tiles"), "{}", run.err);
+}
+
+/// A file of a few kilobytes that declares hundreds of megabytes is refused within 300 MB of
+/// address space, the program's own included.
+#[cfg(target_os = "linux")]
+#[test]
+fn hostile_rasters_are_refused_within_bounded_memory() {
+    let desk = Desk::new();
+    city(&desk);
+    let asc = slope()
+        .replace("ncols 12", "ncols 16000")
+        .replace("nrows 10", "nrows 16000");
+    desk.write("bomb.asc", asc.as_bytes());
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 16_000, 16_000);
+    encoder.set_color(png::ColorType::Rgb);
+    drop(encoder.write_header().unwrap());
+    desk.write("bomb.png", &png);
+    desk.write("bomb.tif", &crate::elevation_files::empty_tiff(16_000));
+    for name in ["bomb.asc", "bomb.png", "bomb.tif"] {
+        let script = format!(
+            "ulimit -v 300000; exec {} import {name} --into city.citylod --bounds 0,0,1,1",
+            env!("CARGO_BIN_EXE_citylod")
+        );
+        let output = std::process::Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(desk.path(""))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{name}: {said}");
+        assert!(
+            said.contains(name) && !said.contains("memory allocation"),
+            "{said}"
+        );
+    }
+}
