@@ -204,12 +204,7 @@ fn knobs_change_what_is_drawn() {
         let (mut last, mut counts) = (0, Vec::new());
         for radii in [0.0, 2.9, 3.0, 3.1, f64::INFINITY] {
             let reach = extent(&field).1 * radii;
-            let share = if criterion == Criterion::Motion {
-                0.02
-            } else {
-                0.3
-            };
-            let count = select(share, reach).triangles();
+            let count = select(0.3, reach).triangles();
             assert!(count >= last, "{criterion:?}: {last} became {count}");
             last = count;
             counts.push(count);
