@@ -38,9 +38,10 @@ impl Cut {
         }
     }
 
-    /// Which of the four neighbours of a split node are there to be matched: 1 where the node
-    /// of the same level is split too or no ground is drawn, 0 where the side's midpoint is to be
-    /// skipped. South, east, north, west.
+    /// Which of the four neighbours of a split node are there to be matched: true where the node
+    /// of the same level is split too or no ground is drawn, false where the side's midpoint must
+    /// be skipped. South, east, north, west. A midpoint that could be drawn may still be spared
+    /// ([`Cut::spares`]).
     ///
     /// Source: A, section 2: a flag array of length 4.
     pub fn flags(&self, ground: &Ground, node: Node) -> [bool; 4] {
@@ -67,7 +68,7 @@ impl Cut {
                     });
                 }
             };
-            if flags[side] {
+            if flags[side] && !self.spares(ground, node, side) {
                 facet(drawn[side], corners[side], midpoints[side], [side, side]);
                 facet(drawn[next], midpoints[side], corners[next], [next, next]);
             } else {

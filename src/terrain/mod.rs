@@ -18,6 +18,7 @@ mod mesh;
 mod quadtree;
 mod refine;
 mod select;
+mod spare;
 mod stitch;
 mod triangle;
 
@@ -35,4 +36,4 @@ pub use mesh::Mesh;
 pub use quadtree::{Node, QUARTERS, Quarter, child_number, level_start};
 pub use refine::Workers;
 pub use select::{Detail, Selection, refine, select};
-pub use triangle::{Post, doubled_area, height_on};
+pub use triangle::{Post, doubled_area, height_between, height_on};
