@@ -6,8 +6,9 @@ use super::state::Memory;
 
 /// How many values of c are tried.
 const MEMBERS: usize = 14;
-/// The part of the fastest frame's time that depends on `far_dist`: all of it for the first
-/// member, and so much less for each that follows.
+/// How far c stays below what it can be at most, the fastest frame or [`LARGEST_BASE`]: all of it
+/// for the first member, and so much less for each that follows. Where a frame is little more than
+/// c, what is left decides.
 const NEXT_PART: f64 = 0.65;
 /// Largest c, in parts of the target.
 const LARGEST_BASE: f64 = 0.5;
@@ -24,7 +25,7 @@ const NEARBY: f64 = 1.0;
 /// up to so many from its estimate.
 const PLAUSIBLE: f64 = 2.0;
 /// How far the steepest plausible plant may pass the target.
-const MARGIN: f64 = 0.09;
+const MARGIN: f64 = 0.08;
 
 /// A frame: ln D, and T in parts of the target.
 #[derive(Debug, Clone, Copy)]
@@ -73,7 +74,7 @@ impl Family {
         let mut part = 1.0;
         let mut members = [Member::default(); MEMBERS];
         for member in &mut members {
-            let base = (fastest * (1.0 - part)).min(LARGEST_BASE);
+            let base = fastest.min(LARGEST_BASE) * (1.0 - part);
             *member = Member::fitted(base, points.clone(), scatter);
             part *= NEXT_PART;
         }

@@ -19,12 +19,12 @@
 //!    agrees with it. Then the load has changed, and what was learnt before is forgotten. So a
 //!    single slow frame moves nothing, and a lasting change costs one frame.
 //! 3. *Aim.* The next `far_dist` is the mean of what the plausible plants say meets the target,
-//!    but no farther than where the steepest of them would pass it by 9 %.
+//!    but no farther than where the steepest of them would pass it by 8 %.
 //!
 //! # Why it is stable
 //!
 //! Without noise the true plant stays plausible, so rule 3 keeps the frame time from passing the
-//! target by more than 9 %, at every step and whatever the delay. With e the elasticity
+//! target by more than 8 %, at every step and whatever the delay. With e the elasticity
 //! dlnT/dlnD of the plant between the sample and the target, and ê that of the estimate, a sample
 //! that lies ξ = ln(D/D*) off is answered by one that lies (1 − e/ê)·ξ off. As ê lies between e/2
 //! and what is plausible, that is nearer, and no matter which of the last frames it is worked out

@@ -108,12 +108,12 @@ fn settles(delay: usize, low: f64, high: f64, frames: usize) {
 
 #[test]
 fn settles_in_12_frames_without_delay() {
-    settles(0, 100.0, 100.0, 12);
+    settles(0, 60.0, 60.0, 12);
 }
 
 #[test]
 fn settles_in_12_frames_and_a_delay_of_1() {
-    settles(1, 30.0, 100.0, 12);
+    settles(1, 30.0, 60.0, 12);
 }
 
 #[test]

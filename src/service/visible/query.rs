@@ -63,7 +63,7 @@ pub fn read(query: &str) -> Result<Request, Problem> {
     }
     if feedback.is_some() && !seen.iter().any(|name| name == "target_ms") {
         let detail = "missing: the frame time to hold, ms";
-        return Err(Problem::new(Kind::InvalidRequest, detail).at("target_ms"));
+        return Err(Problem::new(Kind::ImpossibleValue, detail).at("target_ms"));
     }
     Ok(Request {
         camera,

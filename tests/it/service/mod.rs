@@ -6,6 +6,8 @@ mod answers;
 mod description;
 /// Effects asked for, switched off, and not declared.
 mod effects;
+/// The controller over HTTP: settles, refuses, and keeps nothing.
+mod feedback;
 /// Limits on size, time and number; panics; stopping.
 mod limits;
 /// What malformed requests get, and where the document says the fault is.
