@@ -62,6 +62,8 @@
 //!   only decides what it decides for certain ([`geom::Filter`]).
 //! - No node is nearer to the eye than its parent, in floating point too, so an answer holds no
 //!   object twice and leaves no hole ([`lod::retrieve`]).
+//! - Ground is drawn once everywhere, without cracks, and no post is farther from where it is drawn
+//!   than the answer says ([`terrain::select`]).
 //! - Retrieval cannot fail, and reading a damaged file cannot break memory or loop for ever
 //!   ([`index::LodTree`]).
 

@@ -23,8 +23,9 @@ pub struct NodeRecord {
     pub error: f32,
     /// The same for the node as two triangles of its parent's fan, and nothing else.
     pub whole: f32,
-    /// The same for the node's own fan where it skips the midpoints of sides.
-    pub skipped: f32,
+    /// The same for the two quarters along a side, south, east, north and west, where the node's
+    /// own fan skips the side's midpoint.
+    pub skipped: [f32; 4],
     /// Largest vertical distance, m, of a midpoint of a side or diagonal from that side or
     /// diagonal, over the node and all below: the Δh of A's equation (2), and D's vertex error.
     pub vertex_error: f32,
@@ -74,7 +75,7 @@ impl NodeRecord {
         high: f32::NEG_INFINITY,
         error: 0.0,
         whole: 0.0,
-        skipped: 0.0,
+        skipped: [0.0; 4],
         vertex_error: 0.0,
         deviation: 0.0,
         holes: 0,
@@ -91,10 +92,14 @@ impl NodeRecord {
     }
 
     fn is_sound(&self) -> bool {
+        let [south, east, north, west] = self.skipped;
         let lengths = [
             self.error,
             self.whole,
-            self.skipped,
+            south,
+            east,
+            north,
+            west,
             self.vertex_error,
             self.deviation,
         ];

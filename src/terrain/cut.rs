@@ -20,11 +20,13 @@ pub enum State {
     Kept,
 }
 
-/// The states of a block's nodes that have a record, and the split ones by level.
+/// The states of a block's nodes that have a record, the split ones by level, and for each node a
+/// bit for every side whose midpoint it can spare.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct BlockCut {
     pub states: Vec<State>,
     pub splits: Vec<Vec<Node>>,
+    pub spared: Vec<u8>,
 }
 
 /// A cut through the trees of all blocks.
@@ -49,6 +51,7 @@ impl BlockCut {
         Self {
             states: vec![State::Unreached; level_start(levels)],
             splits: vec![Vec::new(); levels as usize],
+            spared: vec![0; level_start(levels)],
         }
     }
 }
@@ -82,6 +85,20 @@ impl Cut {
         let number = ground.layout().block_of(node);
         if let Some(block) = number.and_then(|number| self.blocks[number].as_mut()) {
             block.states[node.index()] = state;
+        }
+    }
+
+    /// Whether a split node does without the midpoint of a side, though it could be drawn.
+    pub fn spares(&self, ground: &Ground, node: Node, side: usize) -> bool {
+        let number = ground.layout().block_of(node);
+        let block = number.and_then(|number| self.blocks[number].as_ref());
+        block.is_some_and(|block| block.spared[node.index()] >> side & 1 == 1)
+    }
+
+    pub(super) fn spare(&mut self, ground: &Ground, node: Node, side: usize) {
+        let number = ground.layout().block_of(node);
+        if let Some(block) = number.and_then(|number| self.blocks[number].as_mut()) {
+            block.spared[node.index()] |= 1 << side;
         }
     }
 

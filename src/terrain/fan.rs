@@ -17,15 +17,6 @@ pub struct Facet {
     pub quarters: Option<[Quarter; 2]>,
 }
 
-/// How a quarter takes part in its parent's fan.
-#[derive(Clone, Copy, PartialEq)]
-enum Part {
-    /// Its triangles are to be drawn.
-    Drawn,
-    /// They are not: it is split itself, out of view, or a hole.
-    Left,
-}
-
 impl Cut {
     /// Hands every triangle of the cut to `draw`, block by block, coarse fans first.
     pub fn facets(&self, ground: &Ground, mut draw: impl FnMut(Facet)) {
@@ -47,9 +38,10 @@ impl Cut {
         }
     }
 
-    /// Which of the four neighbours of a split node are there to be matched: 1 where the node
-    /// of the same level is split too or no ground is drawn, 0 where the side's midpoint is to be
-    /// skipped. South, east, north, west.
+    /// Which of the four neighbours of a split node are there to be matched: true where the node
+    /// of the same level is split too or no ground is drawn, false where the side's midpoint must
+    /// be skipped. South, east, north, west. A midpoint that could be drawn may still be spared
+    /// ([`Cut::spares`]).
     ///
     /// Source: A, section 2: a flag array of length 4.
     pub fn flags(&self, ground: &Ground, node: Node) -> [bool; 4] {
@@ -62,11 +54,10 @@ impl Cut {
     fn fan(&self, ground: &Ground, node: Node, draw: &mut impl FnMut(Facet)) {
         let posts = ground.layout().posts(node);
         let (corners, midpoints) = (posts.corners(), posts.midpoints());
-        let parts = [0, 1, 2, 3].map(|quarter| self.part(ground, node.child(quarter)));
+        let drawn = [0, 1, 2, 3].map(|quarter| self.is_drawn(ground, node.child(quarter)));
         let flags = self.flags(ground, node);
         for side in 0..4 {
             let next = (side + 1) % 4;
-            let drawn = [side, next].map(|quarter| parts[quarter] == Part::Drawn);
             let mut facet = |wanted, from, to, quarters| {
                 let corners = [posts.middle, from, to];
                 if wanted && doubled_area(corners) != 0 {
@@ -77,22 +68,23 @@ impl Cut {
                     });
                 }
             };
-            if flags[side] {
-                facet(drawn[0], corners[side], midpoints[side], [side, side]);
-                facet(drawn[1], midpoints[side], corners[next], [next, next]);
+            if flags[side] && !self.spares(ground, node, side) {
+                facet(drawn[side], corners[side], midpoints[side], [side, side]);
+                facet(drawn[next], midpoints[side], corners[next], [next, next]);
             } else {
-                let any = drawn[0] || drawn[1];
+                let any = drawn[side] || drawn[next];
                 facet(any, corners[side], corners[next], [side, next]);
             }
         }
     }
 
-    fn part(&self, ground: &Ground, child: Node) -> Part {
-        let drawn = if child.level == self.levels().end {
-            ground.record(child).has_ground()
+    /// Whether a quarter's triangles belong to its parent's fan: it is not split itself, not out
+    /// of view and not a hole.
+    fn is_drawn(&self, ground: &Ground, quarter: Node) -> bool {
+        if quarter.level == self.levels().end {
+            ground.record(quarter).has_ground()
         } else {
-            self.state(ground, child) == State::Drawn
-        };
-        if drawn { Part::Drawn } else { Part::Left }
+            self.state(ground, quarter) == State::Drawn
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::block::{Block, NodeRecord};
 use super::layout::{Layout, Posts};
 use super::quadtree::{Node, QUARTERS, child_number, level_start};
-use super::triangle::{Post, doubled_area, height_on};
+use super::triangle::{Post, doubled_area, height_between, height_on};
 
 /// Sums over the posts of cells, each cell counting its four. Heights are relative to one post
 /// of the block, so that high ground loses nothing.
@@ -121,7 +121,8 @@ impl Measured<'_> {
         let (corners, midpoints) = (posts.corners(), posts.midpoints());
         let sides = (0..4).map(|side| {
             let ends = [corners[side], corners[(side + 1) % 4]];
-            (self.z(midpoints[side]) - self.on_line(ends, midpoints[side])).abs()
+            let line = height_between(ends, ends.map(|p| self.z(p)), midpoints[side]);
+            (self.z(midpoints[side]) - line).abs()
         });
         // A middle that was folded lies beside the diagonal, on one of the triangles it parts.
         let middle = self.z(posts.middle);
@@ -135,18 +136,6 @@ impl Measured<'_> {
                 }
             });
         sides.chain(diagonals).fold(0.0, f64::max)
-    }
-
-    /// Height of the line between two posts that share a column or row, above one between them.
-    fn on_line(&self, [a, b]: [Post; 2], at: Post) -> f64 {
-        let along = |p: Post| f64::from(p[0] - a[0].min(b[0]) + (p[1] - a[1].min(b[1])));
-        let (from, to, here) = (along(a), along(b), along(at));
-        let [za, zb] = [a, b].map(|p| self.z(p));
-        if from == to || za == zb {
-            za
-        } else {
-            za + (zb - za) * ((here - from) / (to - from))
-        }
     }
 
     /// Height of a triangle of posts above one of them; `None` beside it, or without an area.
@@ -232,7 +221,7 @@ impl Measured<'_> {
             }
             if whole == [true, true] {
                 let error = self.distance([middle, corners[side], corners[next]]);
-                self.raise(node, |record| &mut record.skipped, error);
+                self.raise(node, |record| &mut record.skipped[side], error);
                 for quarter in quarters {
                     self.raise(quarter, |record| &mut record.error, error);
                 }
@@ -242,7 +231,7 @@ impl Measured<'_> {
 
     /// Raises one number of a record, and the error with it. A cell has no record, and no post
     /// that errs.
-    fn raise(&mut self, node: Node, which: fn(&mut NodeRecord) -> &mut f32, error: f64) {
+    fn raise(&mut self, node: Node, which: impl Fn(&mut NodeRecord) -> &mut f32, error: f64) {
         if node.level == self.layout.levels() {
             return;
         }
@@ -250,10 +239,9 @@ impl Measured<'_> {
         let magnitude = f64::from(all.low.abs().max(all.high.abs()));
         let error = upward(error, magnitude);
         let record = &mut self.records[node.index()];
-        for number in [which, |record| &mut record.error] {
-            let number = number(record);
-            *number = number.max(error);
-        }
+        let number = which(record);
+        *number = number.max(error);
+        record.error = record.error.max(error);
     }
 }
 

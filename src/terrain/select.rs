@@ -5,6 +5,7 @@ use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
 use super::refine::{Judge, Workers};
+use super::spare::spare_midpoints;
 use super::stitch::stitch;
 use crate::geom::{PixelScale, View};
 
@@ -68,6 +69,7 @@ pub fn select(
         };
         let mut cut = judge.refine(workers);
         stitch(&judge, detail.subdivide_within, &mut cut);
+        spare_midpoints(&judge, &mut cut);
         Selection::of(ground, view, cut, share)
     };
     let whole = with_share(1.0);
@@ -176,18 +178,15 @@ impl Selection {
 
 /// Bound of the error of a facet on the screen.
 fn facet_error_px(ground: &Ground, view: &View, facet: &Facet) -> f64 {
-    let node = match facet.quarters {
-        Some([a, b]) if a == b => facet.node.child(a),
-        _ => facet.node,
+    let (node, side) = match facet.quarters {
+        Some([a, b]) if a == b => (facet.node.child(a), None),
+        Some([side, _]) => (facet.node, Some(side)),
+        None => (facet.node, None),
     };
     let record = ground.record(node);
-    let skips = facet.quarters.is_some_and(|[a, b]| a != b);
-    let error = f64::from(if skips { record.skipped } else { record.whole });
-    error_px(
-        error,
-        ground.bounds(node, &record).distance(view.eye()),
-        view,
-    )
+    let error = side.map_or(record.whole, |side| record.skipped[side]);
+    let distance = ground.bounds(node, &record).distance(view.eye());
+    error_px(f64::from(error), distance, view)
 }
 
 /// Rounded up by more than the three roundings it takes.

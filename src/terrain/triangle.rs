@@ -25,3 +25,13 @@ pub fn height_on(triangle: [Post; 3], heights: [f64; 3], at: Post) -> (f64, bool
     let inside = weights.iter().all(|&w| w == 0 || (w > 0) == (area > 0));
     (sum / area as f64, inside)
 }
+
+/// Height of the line between two posts that share a column or row, above a third between them.
+pub fn height_between([a, b]: [Post; 2], [za, zb]: [f64; 2], at: Post) -> f64 {
+    let along = |p: Post| f64::from(p[0].abs_diff(a[0]) + p[1].abs_diff(a[1]));
+    if a == b || za == zb {
+        za
+    } else {
+        za + (zb - za) * (along(at) / along(b))
+    }
+}

@@ -174,7 +174,7 @@ fn selections_shrink_with_the_knobs_and_with_distance() {
 fn hills(size: [u32; 2]) -> HeightField {
     field(size, DVec2::ZERO, DVec2::splat(10.0), |x, y| {
         let (fx, fy) = (x as f32, y as f32);
-        let step = if x > 50 && y < 20 { 8.0 } else { 0.0 };
+        let step = if x > 50 && y < 20 { 40.0 } else { 0.0 };
         ((fx * 0.2).sin() + (fy * 0.13).cos()) * 20.0 + step
     })
 }
@@ -204,12 +204,7 @@ fn knobs_change_what_is_drawn() {
         let (mut last, mut counts) = (0, Vec::new());
         for radii in [0.0, 2.9, 3.0, 3.1, f64::INFINITY] {
             let reach = extent(&field).1 * radii;
-            let share = if criterion == Criterion::Motion {
-                0.02
-            } else {
-                0.3
-            };
-            let count = select(share, reach).triangles();
+            let count = select(0.3, reach).triangles();
             assert!(count >= last, "{criterion:?}: {last} became {count}");
             last = count;
             counts.push(count);
