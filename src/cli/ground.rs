@@ -25,13 +25,13 @@ pub(super) struct GroundArgs {
           conflicts_with_all = ["output", "up", "lod", "height", "effects"])]
     pub into: Option<PathBuf>,
     /// Coordinate system of the elevation, such as EPSG:25832; goes before what the file says
-    #[arg(long, requires = "into")]
+    #[arg(long, conflicts_with = "output")]
     pub crs: Option<String>,
     /// How a PNG codes heights [default: told by its reds]
-    #[arg(long, requires = "into")]
+    #[arg(long, conflicts_with = "output")]
     pub encoding: Option<EncodingArg>,
     /// Outer edges of a PNG: west,south,east,north
-    #[arg(long, requires = "into", allow_hyphen_values = true, value_parser = bounds)]
+    #[arg(long, conflicts_with = "output", allow_hyphen_values = true, value_parser = bounds)]
     pub bounds: Option<[f64; 4]>,
 }
 

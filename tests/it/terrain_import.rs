@@ -140,7 +140,11 @@ fn ground_that_cannot_be_is_refused_and_the_old_kept() {
             2,
             &["cannot be used with"],
         ),
-        ("import c.obj -o a.citylod --crs EPSG:1", 2, &["--into"]),
+        (
+            "import c.obj -o a.citylod --crs EPSG:1",
+            2,
+            &["cannot be used with"],
+        ),
         (
             "import slope.asc --into city.citylod --bounds 1,2,3",
             2,

@@ -58,7 +58,7 @@ fn row(path: &Path, growth: u32, side: u32) -> Result<Row, ReportError> {
         largest.set(largest.get().max(anonymous()));
     })?;
     let pyramid = Pyramid::open(path)?;
-    let mut supply = Supply::new(Way::Queue, &pyramid, path).reaching(2.0);
+    let mut supply = Supply::new(Way::Queue, &pyramid, path).reaching(3.0);
     let knobs = Criterion::Roughness.share(&Criterion::Roughness.knobs(), SHARE);
     for frame in 0..FRAMES {
         supply.frame(&view(&grid, frame)?, &knobs)?;

@@ -19,7 +19,7 @@ use crate::terrain::{Criterion, Knobs};
 const FRAMES: usize = 30;
 const SAMPLES: usize = 5;
 /// Share of A's detail that gives as many triangles as its table.
-pub(super) const SHARE: f64 = 0.01;
+pub(super) const SHARE: f64 = 0.02;
 /// A's lowest ratio of frame rates.
 const PAPER_RATIO: f64 = 5.8;
 
