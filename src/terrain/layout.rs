@@ -14,6 +14,7 @@ use super::quadtree::Node;
 pub struct Layout {
     grid: Grid,
     levels: u32,
+    blocks: [u32; 2],
 }
 
 /// Posts of a node: first and last column and row, counted over the whole raster.
@@ -38,15 +39,18 @@ impl Layout {
         let longest = grid.columns().max(grid.rows()) - 1;
         let (least, most) = Self::LEVELS.into_inner();
         let levels = (least..most).find(|n| longest <= 1 << n).unwrap_or(most);
-        Self { grid, levels }
+        Self::with_levels(grid, levels)
     }
 
     /// Blocks of 2^`levels` + 1 posts a side; depths outside 1 to [`Layout::MOST_LEVELS`] are
     /// drawn into that range.
     pub fn with_levels(grid: Grid, levels: u32) -> Self {
+        let levels = levels.clamp(1, Self::MOST_LEVELS);
+        let blocks = |posts: u32| (posts - 1).div_ceil(1 << levels);
         Self {
             grid,
-            levels: levels.clamp(1, Self::MOST_LEVELS),
+            levels,
+            blocks: [blocks(grid.columns()), blocks(grid.rows())],
         }
     }
 
@@ -67,8 +71,7 @@ impl Layout {
 
     /// Blocks from west to east and from south to north.
     pub fn blocks(&self) -> [u32; 2] {
-        let cells = 1 << self.levels;
-        [self.grid.columns(), self.grid.rows()].map(|posts| (posts - 1).div_ceil(cells))
+        self.blocks
     }
 
     /// How many blocks there are; they are numbered row by row from the south-west.
