@@ -42,7 +42,8 @@ pub(super) const ALIGNMENT: u64 = 64;
 pub(super) enum Section {
     /// UTF-8: coordinate reference system, as `AUTHORITY:CODE`; empty where none was named.
     Crs,
-    /// [`NodeRecord`] (5 f32 and 1 u32: low, high, error, vertex error, deviation, holes) for the
+    /// [`NodeRecord`] (10 f32 and 1 u32: low, high, error, whole, skipped × 4, vertex error,
+    /// deviation, holes) for the
     /// nodes of levels 0 to h − 1 of each block, block after block.
     Records,
     /// u32 a tile: CRC-32 of its bytes, padding included.
