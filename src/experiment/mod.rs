@@ -6,6 +6,7 @@
 
 mod accuracy;
 mod city;
+mod controller;
 mod culling;
 mod effects;
 pub mod exact;
@@ -40,13 +41,15 @@ pub enum Experiment {
     Culling,
     /// Cost of each effect, declared and not.
     Effects,
+    /// How well a frame time is held.
+    Controller,
     /// Promises about rounding, against exact arithmetic.
     Stability,
 }
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::FarDist,
         Self::Views,
         Self::Scaling,
@@ -54,6 +57,7 @@ impl Experiment {
         Self::Culling,
         Self::Stability,
         Self::Effects,
+        Self::Controller,
     ];
 
     /// The name on the command line and of the files written.
@@ -65,6 +69,7 @@ impl Experiment {
             Self::Accuracy => "accuracy",
             Self::Culling => "culling",
             Self::Effects => "effects",
+            Self::Controller => "controller",
             Self::Stability => "stability",
         }
     }
@@ -78,6 +83,7 @@ impl Experiment {
             Self::Accuracy => "What does accuracy cost in time, and what does each mode miss?",
             Self::Culling => "What does each way to cull cost, and what does it keep?",
             Self::Effects => "What does each effect cost, declared and not?",
+            Self::Controller => "How well does each controller hold a frame time?",
             Self::Stability => "Do the promises about rounding hold against exact arithmetic?",
         }
     }
@@ -121,6 +127,7 @@ pub fn run(
         Experiment::Accuracy => accuracy::run(options, progress),
         Experiment::Culling => culling::run(options, progress),
         Experiment::Effects => effects::run(options, progress),
+        Experiment::Controller => controller::run(progress),
         Experiment::Stability => stability::run(progress),
     }
 }
