@@ -354,7 +354,11 @@ fn the_controller_keeps_what_others_do_not() {
     let desk = Desk::new();
     let report = desk.json("experiment controller --json --out results");
     let rows = report["rows"].as_array().unwrap();
-    let of = |name: &'static str| rows.iter().filter(move |row| row["controller"] == name).cloned();
+    let of = |name: &'static str| {
+        rows.iter()
+            .filter(move |row| row["controller"] == name)
+            .cloned()
+    };
     assert!(rows.iter().all(|row| row["scenario"].is_string()));
     for row in of("citylod") {
         assert_eq!(row["seeds_held"], row["seeds"], "{row}");
@@ -369,7 +373,11 @@ fn the_controller_keeps_what_others_do_not() {
     let flight = |at: usize| number(&report["flight"][at], "median_off_pct");
     assert!(flight(0) < 10.0 && flight(0) < flight(1) && flight(0) < flight(2));
     let read = |name: &str| std::fs::read_to_string(desk.path("results").join(name)).unwrap();
-    for plot in ["controller.svg", "controller-start-far-below.svg", "controller-spike.svg"] {
+    for plot in [
+        "controller.svg",
+        "controller-start-far-below.svg",
+        "controller-spike.svg",
+    ] {
         assert!(read(plot).contains("far_dist, m"), "{plot}");
     }
 }

@@ -5,6 +5,7 @@ mod flight;
 mod rivals;
 mod scenario;
 
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::plot::{self, Labels, Series};
@@ -65,6 +66,7 @@ fn params() -> Result<Params, ReportError> {
 
 fn over_seeds(scenario: &Scenario, rule: Rule, params: &Params) -> Row {
     let scores: Vec<Score> = (0..SEEDS)
+        .into_par_iter()
         .map(|seed| scenario.run(rule, params, seed).1)
         .collect();
     let largest = |of: fn(&Score) -> f64| scores.iter().map(of).fold(0.0, f64::max);

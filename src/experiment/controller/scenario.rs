@@ -11,8 +11,8 @@ pub(super) const TARGET_MS: f64 = 16.7;
 const RIGHT_M: f64 = 1_000.0;
 pub(super) const RANGE_M: [f64; 2] = [20.0, 20_000.0];
 /// Frames of a run, and the one at which something happens.
-pub(super) const FRAMES: usize = 160;
-pub(super) const EVENT: usize = 80;
+pub(super) const FRAMES: usize = 100;
+pub(super) const EVENT: usize = 50;
 /// A frame time this close to the target is settled.
 const SETTLED: f64 = 0.05;
 /// A quiet tail that still swings by more of the frame time than this is a limit cycle.
