@@ -48,6 +48,9 @@ pub(super) fn over_frames(panels: &[(Labels, Vec<Series>)]) -> Result<String, Re
         draw_frames(area, labels, series).map_err(|e| ReportError::Plot(e.to_string()))?;
     }
     drop(areas);
+    // Once for all panels: presenting ends the document.
+    root.present()
+        .map_err(|e| ReportError::Plot(e.to_string()))?;
     drop(root);
     Ok(svg)
 }
@@ -72,6 +75,7 @@ fn draw_frames<'a>(
         .configure_mesh()
         .light_line_style(RGBColor(238, 238, 238))
         .bold_line_style(RGBColor(215, 215, 215))
+        .max_light_lines(0)
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 16))
         .x_desc(labels.x)
@@ -93,12 +97,12 @@ fn draw_frames<'a>(
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
+        .position(SeriesLabelPosition::LowerRight)
         .label_font(("sans-serif", 14))
         .background_style(WHITE.mix(0.9))
         .border_style(RGBColor(200, 200, 200))
         .draw()?;
-    area.present()
+    Ok(())
 }
 
 type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;

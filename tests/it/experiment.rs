@@ -379,5 +379,6 @@ fn the_controller_keeps_what_others_do_not() {
         "controller-spike.svg",
     ] {
         assert!(read(plot).contains("far_dist, m"), "{plot}");
+        assert_eq!(read(plot).matches("</svg>").count(), 1, "{plot}");
     }
 }
