@@ -5,8 +5,7 @@ use super::{Params, Sample, State};
 
 /// A frame time off by more standard deviations than this is in doubt.
 const DOUBTFUL: f64 = 4.0;
-/// How far the first frame of all may lower `far_dist`, as a factor: nothing has confirmed it, and
-/// first frames are slow.
+/// How far the first frame of all may move `far_dist`, as a factor: nothing has confirmed it.
 const UNCONFIRMED: f64 = 1.1;
 
 /// Chooses the `far_dist` of the next frame, m, within the range of `params`.
@@ -48,7 +47,7 @@ impl State {
             let aim = family.aim(sample);
             self.far_dist_m = match self.recent.samples().nth(1) {
                 Some(_) => aim,
-                None => aim.max(from / UNCONFIRMED),
+                None => aim.max(from / UNCONFIRMED).min(from * UNCONFIRMED),
             };
         }
     }

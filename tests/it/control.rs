@@ -127,8 +127,8 @@ fn settles_in_12_frames_and_a_delay_of_3() {
 }
 
 #[test]
-fn settles_in_13_frames_and_a_delay_of_3_from_far_below() {
-    settles(3, 10.0, 10.0, 13);
+fn settles_in_14_frames_and_a_delay_of_3_from_far_below() {
+    settles(3, 10.0, 10.0, 14);
 }
 
 #[test]

@@ -11,8 +11,8 @@ pub(super) const TARGET_MS: f64 = 16.7;
 const RIGHT_M: f64 = 1_000.0;
 pub(super) const RANGE_M: [f64; 2] = [20.0, 20_000.0];
 /// Frames of a run, and the one at which something happens.
-pub(super) const FRAMES: usize = 100;
-pub(super) const EVENT: usize = 50;
+pub(super) const FRAMES: usize = 160;
+pub(super) const EVENT: usize = 80;
 /// A frame time this close to the target is settled.
 const SETTLED: f64 = 0.05;
 /// A quiet tail that still swings by more of the frame time than this is a limit cycle.
@@ -53,10 +53,10 @@ pub(super) const SCENARIOS: [Scenario; 15] = [
     Scenario { name: "load step down", load: 0.33, ..PLAIN },
     Scenario { name: "noise 10 %", noise: 0.1, ..PLAIN },
     Scenario { name: "spike", spike: 10.0, ..PLAIN },
-    Scenario { name: "delay 0", start: 0.25, ..PLAIN },
-    Scenario { name: "delay 1", start: 0.25, delay: 1, ..PLAIN },
-    Scenario { name: "delay 2", start: 0.25, delay: 2, ..PLAIN },
-    Scenario { name: "delay 3", start: 0.25, delay: 3, ..PLAIN },
+    Scenario { name: "delay 0", start: 0.4, ..PLAIN },
+    Scenario { name: "delay 1", start: 0.4, delay: 1, ..PLAIN },
+    Scenario { name: "delay 2", start: 0.4, delay: 2, ..PLAIN },
+    Scenario { name: "delay 3", start: 0.4, delay: 3, ..PLAIN },
     Scenario { name: "exponent 1", start: 0.25, exponent: Some(1.0), ..PLAIN },
     Scenario { name: "exponent 2", start: 0.25, exponent: Some(2.0), ..PLAIN },
     Scenario { name: "exponent 3", start: 0.25, exponent: Some(3.0), ..PLAIN },
