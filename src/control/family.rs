@@ -2,7 +2,7 @@
 //! distances as logarithms.
 
 use super::Sample;
-use super::state::Memory;
+use super::state::{FRAMES, Memory};
 
 /// How many values of c are tried.
 const MEMBERS: usize = 14;
@@ -28,17 +28,22 @@ const PLAUSIBLE: f64 = 2.0;
 const MARGIN: f64 = 0.08;
 
 /// A frame: ln D, and T in parts of the target.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Point {
     x: f64,
     y: f64,
+    /// How much it counts.
+    weight: f64,
 }
 
 impl Point {
-    fn of(sample: Sample, target_ms: f64) -> Self {
+    fn of(sample: Sample, target_ms: f64, fade: f64) -> Self {
+        let y = sample.frame_ms / target_ms;
+        let off = y.ln() / NEARBY;
         Self {
             x: sample.far_dist_m.ln(),
-            y: sample.frame_ms / target_ms,
+            y,
+            weight: fade / (1.0 + off * off),
         }
     }
 }
@@ -69,13 +74,20 @@ impl Family {
     /// Fits every member; `scatter` is the relative standard deviation of frame times. `None`
     /// where there is no sample.
     pub(super) fn explaining(memory: &Memory, target_ms: f64, scatter: f64) -> Option<Self> {
-        let points = memory.samples().map(|sample| Point::of(sample, target_ms));
-        let fastest = points.clone().map(|point| point.y).reduce(f64::min)?;
+        let mut places = [Point::default(); FRAMES];
+        let (mut count, mut fade) = (0, 1.0 / (scatter * scatter));
+        for (place, sample) in places.iter_mut().zip(memory.samples()) {
+            *place = Point::of(sample, target_ms, fade);
+            count += 1;
+            fade *= FADING;
+        }
+        let points = places.get(..count)?;
+        let fastest = points.iter().map(|point| point.y).reduce(f64::min)?;
         let mut part = 1.0;
         let mut members = [Member::default(); MEMBERS];
         for member in &mut members {
             let base = fastest.min(LARGEST_BASE) * (1.0 - part);
-            *member = Member::fitted(base, points.clone(), scatter);
+            *member = Member::fitted(base, points);
             part *= NEXT_PART;
         }
         let best = members.iter().map(|m| m.misfit).fold(f64::MAX, f64::min);
@@ -97,7 +109,7 @@ impl Family {
     /// By how much a frame took longer than any plausible plant explains: ln of the ratio, less
     /// what the plant itself leaves open. Negative where it was faster.
     pub(super) fn surprise(&self, sample: Sample) -> f64 {
-        let point = Point::of(sample, self.target_ms);
+        let point = Point::of(sample, self.target_ms, 1.0);
         self.plausible()
             .map(|member| member.residual(point, self.scatter))
             .fold(
@@ -131,22 +143,22 @@ impl Family {
 impl Member {
     /// Weighted least squares with a prior on the exponent. An error of T counts in ln(T − c) by
     /// T/(T − c) as much.
-    fn fitted(base: f64, points: impl Iterator<Item = Point> + Clone, scatter: f64) -> Self {
-        let fades = std::iter::successors(Some(1.0 / (scatter * scatter)), |w| Some(w * FADING));
-        let rows = points.zip(fades).map(|(Point { x, y }, fade)| {
-            let part = 1.0 - base / y;
-            let off = y.ln() / NEARBY;
-            (x, (part * y).ln(), part * part * fade / (1.0 + off * off))
-        });
+    fn fitted(base: f64, points: &[Point]) -> Self {
+        let mut rows = [(0.0, 0.0, 0.0); FRAMES];
+        for (row, point) in rows.iter_mut().zip(points) {
+            let part = 1.0 - base / point.y;
+            *row = (point.x, (part * point.y).ln(), part * part * point.weight);
+        }
+        let rows = &rows[..points.len()];
         let (mut weight, mut sum_x, mut sum_u) = (0.0, 0.0, 0.0);
-        for (x, u, w) in rows.clone() {
+        for &(x, u, w) in rows {
             weight += w;
             sum_x += w * x;
             sum_u += w * u;
         }
         let (mean_x, mean_u) = (sum_x / weight, sum_u / weight);
         let (mut spread_xx, mut spread_xu, mut spread_uu) = (0.0, 0.0, 0.0);
-        for (x, u, w) in rows {
+        for &(x, u, w) in rows {
             let (dx, du) = (x - mean_x, u - mean_u);
             spread_xx += w * dx * dx;
             spread_xu += w * dx * du;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// Longer frames are no frames: a debugger, a laptop's lid.
 pub(super) const LONGEST_FRAME_MS: f64 = 3_600_000.0;
 /// How many frames are remembered.
-const FRAMES: usize = 16;
+pub(super) const FRAMES: usize = 16;
 /// Least relative standard deviation of frame times: clocks and schedulers are no better.
 const LEAST_SCATTER: f64 = 0.01;
 /// What is taken for it before frames were seen.

@@ -6,6 +6,7 @@
 
 mod accuracy;
 mod city;
+mod controller;
 mod culling;
 mod effects;
 pub mod exact;
@@ -41,6 +42,8 @@ pub enum Experiment {
     Culling,
     /// Cost of each effect, declared and not.
     Effects,
+    /// How well a frame time is held.
+    Controller,
     /// Promises about rounding, against exact arithmetic.
     Stability,
     /// Four criteria on one ground.
@@ -59,7 +62,7 @@ pub enum Experiment {
 
 impl Experiment {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::FarDist,
         Self::Views,
         Self::Scaling,
@@ -67,6 +70,7 @@ impl Experiment {
         Self::Culling,
         Self::Stability,
         Self::Effects,
+        Self::Controller,
         Self::TerrainCriteria,
         Self::TerrainCracks,
         Self::TerrainInterpolation,
@@ -84,6 +88,7 @@ impl Experiment {
             Self::Accuracy => "accuracy",
             Self::Culling => "culling",
             Self::Effects => "effects",
+            Self::Controller => "controller",
             Self::Stability => "stability",
             Self::TerrainCriteria => "terrain-criteria",
             Self::TerrainCracks => "terrain-cracks",
@@ -103,6 +108,7 @@ impl Experiment {
             Self::Accuracy => "What does accuracy cost in time, and what does each mode miss?",
             Self::Culling => "What does each way to cull cost, and what does it keep?",
             Self::Effects => "What does each effect cost, declared and not?",
+            Self::Controller => "How well does each controller hold a frame time?",
             Self::Stability => "Do the promises about rounding hold against exact arithmetic?",
             Self::TerrainCriteria => "What do the criteria of four papers draw of one ground?",
             Self::TerrainCracks => "What does it cost to draw ground without cracks?",
@@ -152,6 +158,7 @@ pub fn run(
         Experiment::Accuracy => accuracy::run(options, progress),
         Experiment::Culling => culling::run(options, progress),
         Experiment::Effects => effects::run(options, progress),
+        Experiment::Controller => controller::run(progress),
         Experiment::Stability => stability::run(progress),
         Experiment::TerrainCriteria => terrain::criteria(options, progress),
         Experiment::TerrainCracks => terrain::cracks(options, progress),

@@ -39,6 +39,72 @@ pub(super) fn log_log(labels: &Labels, series: &[Series]) -> Result<String, Repo
     Ok(svg)
 }
 
+/// Draws panels one above the other over the numbers of frames; upward axes are logarithmic.
+pub(super) fn over_frames(panels: &[(Labels, Vec<Series>)]) -> Result<String, ReportError> {
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (860, 640)).into_drawing_area();
+    let areas = root.split_evenly((panels.len().max(1), 1));
+    for (area, (labels, series)) in areas.iter().zip(panels) {
+        draw_frames(area, labels, series).map_err(|e| ReportError::Plot(e.to_string()))?;
+    }
+    drop(areas);
+    // Once for all panels: presenting ends the document.
+    root.present()
+        .map_err(|e| ReportError::Plot(e.to_string()))?;
+    drop(root);
+    Ok(svg)
+}
+
+fn draw_frames<'a>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
+    labels: &Labels,
+    series: &[Series],
+) -> Result<(), DrawError<'a>> {
+    let points = || series.iter().flat_map(|s| &s.points);
+    let last = points().map(|p| p.0).fold(1.0, f64::max);
+    let low = points().map(|p| p.1).fold(f64::MAX, f64::min);
+    let high = points().map(|p| p.1).fold(0.0, f64::max);
+    area.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(area)
+        .caption(labels.title, ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(40)
+        .y_label_area_size(70)
+        .build_cartesian_2d(0.0..last, (low / 1.2..high * 1.2).log_scale())?;
+    chart
+        .configure_mesh()
+        .light_line_style(RGBColor(238, 238, 238))
+        .bold_line_style(RGBColor(215, 215, 215))
+        .max_light_lines(0)
+        .label_style(("sans-serif", 14))
+        .axis_desc_style(("sans-serif", 16))
+        .x_desc(labels.x)
+        .y_desc(labels.y)
+        .x_label_formatter(&|v| format!("{v:.0}"))
+        .y_label_formatter(&|v| short(*v))
+        .draw()?;
+    // The first is what it is about: drawn last, above the others.
+    let lines: Vec<_> = series.iter().zip(COLOURS.iter().cycle()).collect();
+    for (line, colour) in lines.into_iter().rev() {
+        let style = match line.reference {
+            true => RGBColor(120, 120, 120).stroke_width(1),
+            false => colour.stroke_width(2),
+        };
+        chart
+            .draw_series(LineSeries::new(line.points.iter().copied(), style))?
+            .label(&line.name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], style));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::LowerRight)
+        .label_font(("sans-serif", 14))
+        .background_style(WHITE.mix(0.9))
+        .border_style(RGBColor(200, 200, 200))
+        .draw()?;
+    Ok(())
+}
+
 type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
 
 fn draw<'a>(

@@ -348,3 +348,37 @@ fn an_experiment_that_fails_is_named_and_the_others_are_run() {
     let page = interrupted(&desk, "--city none.citylod", "scaling.csv");
     assert!(page.contains("Failed: none.citylod: cannot open"), "{page}");
 }
+
+#[test]
+fn the_controller_keeps_what_others_do_not() {
+    let desk = Desk::new();
+    let report = desk.json("experiment controller --json --out results");
+    let rows = report["rows"].as_array().unwrap();
+    let of = |name: &'static str| {
+        rows.iter()
+            .filter(move |row| row["controller"] == name)
+            .cloned()
+    };
+    assert!(rows.iter().all(|row| row["scenario"].is_string()));
+    for row in of("citylod") {
+        assert_eq!(row["seeds_held"], row["seeds"], "{row}");
+        assert_eq!(row["limit_cycle"], false, "{row}");
+        assert!(number(&row, "overshoot_pct") <= 10.0, "{row}");
+        assert!(number(&row, "rms_pct") <= 10.0, "{row}");
+    }
+    for other in ["factor 1.02", "classes"] {
+        let fails = |row: &Value| row["seeds_held"] != row["seeds"];
+        assert!(of(other).any(|row| fails(&row)), "{other}");
+    }
+    let flight = |at: usize| number(&report["flight"][at], "median_off_pct");
+    assert!(flight(0) < 10.0 && flight(0) < flight(1) && flight(0) < flight(2));
+    let read = |name: &str| std::fs::read_to_string(desk.path("results").join(name)).unwrap();
+    for plot in [
+        "controller.svg",
+        "controller-start-far-below.svg",
+        "controller-spike.svg",
+    ] {
+        assert!(read(plot).contains("far_dist, m"), "{plot}");
+        assert_eq!(read(plot).matches("</svg>").count(), 1, "{plot}");
+    }
+}
