@@ -1,3 +1,6 @@
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
 use crate::served::Served;
 
 const BODY: &str = r#"{"camera":{"eye":[0,-800,250],"target":[0,0,30]}}"#;
@@ -25,27 +28,26 @@ fn limits_on_the_command_line_hold() {
 
 #[test]
 fn limits_of_streams_on_the_command_line_hold() {
-    let served = Served::start(&["--max-streams", "1", "--stream-idle-ms", "700"]);
+    let served = Served::start(&[
+        "--max-streams",
+        "1",
+        "--stream-idle-ms",
+        "1500",
+        "--timeout-ms",
+        "2000",
+    ]);
+    let mut stream = TcpStream::connect(served.address).unwrap();
+    stream.write_all(UPGRADE.as_bytes()).unwrap();
+    let mut first = vec![0; 1];
+    stream.read_exact(&mut first).unwrap();
+    // The only place is taken.
+    let second = served.send(UPGRADE);
+    assert!(second.starts_with("HTTP/1.1 503 "), "{second}");
     // Nothing is said, so the service ends it: a close frame (0x88) with 1008 (0x03f0).
-    let first = std::thread::scope(|scope| {
-        let first = scope.spawn(|| {
-            use std::io::{Read, Write};
-            let mut stream = std::net::TcpStream::connect(served.address).unwrap();
-            stream.write_all(UPGRADE.as_bytes()).unwrap();
-            let mut bytes = Vec::new();
-            let _ = stream.read_to_end(&mut bytes);
-            bytes
-        });
-        let full = (0..200).any(|_| {
-            std::thread::sleep(std::time::Duration::from_millis(2));
-            served.send(UPGRADE).starts_with("HTTP/1.1 503 ")
-        });
-        assert!(full, "the only place is taken");
-        first.join().unwrap()
-    });
+    let _ = stream.read_to_end(&mut first);
     assert!(first.starts_with(b"HTTP/1.1 101 "));
     let end = memchr::memmem::find(&first, b"\r\n\r\n").unwrap() + 4;
     assert_eq!(first[end], 0x88);
     assert_eq!(first[end + 2..end + 4], [0x03, 0xf0]);
-    assert!(String::from_utf8_lossy(&first[end + 4..]).contains("no message for 0.7 s"));
+    assert!(String::from_utf8_lossy(&first[end + 4..]).contains("no message for 1.5 s"));
 }

@@ -163,7 +163,7 @@ fn what_is_wrong_with_feedback_is_named() {
     assert_eq!(reply.status, 422);
     assert_eq!(reply.json()["pointer"], "/feedback/target_ms");
     for (query, status, parameter) in [
-        ("frame_ms=9&frame_far_dist_m=500", 400, "target_ms"),
+        ("frame_ms=9&frame_far_dist_m=500", 422, "target_ms"),
         ("target_ms=9&frame_ms=9", 422, "frame_far_dist_m"),
         ("target_ms=9&state=%7B%7D", 400, "state"),
         ("target_ms=9&target_ms=9", 400, "target_ms"),
