@@ -1,6 +1,6 @@
 //! The ground on disk: a pyramid of tiles, each found by arithmetic and read by itself.
 //!
-//! [`write`] cuts a raster of any size with one block in memory; [`Pyramid`] opens the file in
+//! [`write()`] cuts a raster of any size with one block in memory; [`Pyramid`] opens the file in
 //! constant time and reads tiles, records and blocks out of it. The format is in `file.rs`.
 //!
 //! Source: A, section 1.1 (pyramid of tiles, linear quadtree); C, section 2.1 (square blocks).
