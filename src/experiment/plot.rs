@@ -86,9 +86,10 @@ fn draw_frames<'a>(
     // The first is what it is about: drawn last, above the others.
     let lines: Vec<_> = series.iter().zip(COLOURS.iter().cycle()).collect();
     for (line, colour) in lines.into_iter().rev() {
-        let style = match line.reference {
-            true => RGBColor(120, 120, 120).stroke_width(1),
-            false => colour.stroke_width(2),
+        let style = if line.reference {
+            RGBColor(120, 120, 120).stroke_width(1)
+        } else {
+            colour.stroke_width(2)
         };
         chart
             .draw_series(LineSeries::new(line.points.iter().copied(), style))?
