@@ -23,6 +23,8 @@ mod problem;
 mod routes;
 mod scenes;
 mod server;
+mod span;
+mod viewer;
 mod visible;
 
 use std::fmt::Write as _;

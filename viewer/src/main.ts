@@ -122,6 +122,7 @@ async function start(): Promise<void> {
     return despair('This browser cannot draw the city.', 'The viewer needs WebGL 2. Try another browser, or allow hardware acceleration.');
   }
   window.citylod = app;
+  root.classList.toggle('slow', app.stage.slow);
   docked.stick((at) => input(at));
   const place = hash.read(location.hash);
   open(place.scene ?? first.id, place);

@@ -14,3 +14,5 @@ mod malformed;
 mod schemathesis;
 /// A server to talk to, and a small client.
 mod server;
+/// The viewer and what it is given beside the answers.
+mod viewer;

@@ -71,8 +71,7 @@ export class Frozen {
   }
 
   colour(colour: Color): void {
-    // Plain colours are shown as they are: in sRGB, unlike the rest.
-    const { r, g, b } = colour.clone().convertLinearToSRGB();
+    const { r, g, b } = colour;
     for (const part of [this.edges, this.sides]) {
       const value = (part.material as RawShaderMaterial).uniforms['uColour']!.value as Vector4;
       value.set(r, g, b, value.w);

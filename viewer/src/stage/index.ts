@@ -19,7 +19,7 @@ import { Frozen } from './frozen';
 import { CLASSES, type Instances } from './instances';
 import { DAY, NIGHT } from './palette';
 import * as shader from './shaders';
-import { type Sample, Timing } from './timing';
+import { type Sample, software, Timing } from './timing';
 
 export { Instances } from './instances';
 
@@ -42,6 +42,8 @@ const RINGS = 8;
 const SUN = new Vector3(-0.52, -0.42, 0.74).normalize();
 
 export class Stage {
+  /** Whether the processor draws, in want of a graphics card. */
+  readonly slow: boolean;
   readonly camera = new PerspectiveCamera(FOV_Y, 1, 1, 100_000);
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
@@ -85,9 +87,10 @@ export class Stage {
 
   /** @throws where the browser has no WebGL 2. */
   constructor(canvas: HTMLCanvasElement, measured: (sample: Sample) => void) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: false, stencil: false, powerPreference: 'high-performance' });
+    this.slow = software();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !this.slow, alpha: false, stencil: false, powerPreference: 'high-performance' });
     this.renderer.autoClear = false;
-    this.timing = new Timing(this.renderer.getContext() as WebGL2RenderingContext, measured);
+    this.timing = new Timing(this.renderer.getContext() as WebGL2RenderingContext, !this.slow, measured);
     this.camera.up.set(0, 0, 1);
     this.scene.matrixWorldAutoUpdate = false;
 
@@ -190,7 +193,7 @@ export class Stage {
 
   /** Pixels of the picture for a window of this size, CSS pixels. */
   resize(width: number, height: number, ratio: number): void {
-    this.renderer.setPixelRatio(ratio);
+    this.renderer.setPixelRatio(this.slow ? 1 : ratio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
   }

@@ -1,6 +1,9 @@
 /** Colours of the picture, by day and by night. */
 
-import { Color } from 'three';
+import { Color, ColorManagement } from 'three';
+
+// Colours are used as they are shown. Said here, before the first is made.
+ColorManagement.enabled = false;
 
 export interface Palette {
   zenith: Color;
@@ -30,10 +33,10 @@ export const DAY: Palette = {
   glow: new Color(0xfff1d6),
   ground: new Color(0xd3d2cb),
   line: new Color(0xb9b9b4),
-  shadow: 0.74,
-  sun: new Color(1.02, 0.95, 0.84),
-  above: new Color(0.5, 0.56, 0.64),
-  below: new Color(0.34, 0.33, 0.32),
+  shadow: 0.84,
+  sun: new Color(0.46, 0.42, 0.36),
+  above: new Color(0.68, 0.71, 0.76),
+  below: new Color(0.56, 0.56, 0.58),
   edge: new Color(0x3a4452),
   ring: new Color(0x1f6feb),
   pick: new Color(0xff7a1a),
@@ -46,10 +49,10 @@ export const NIGHT: Palette = {
   glow: new Color(0x5c6f8f),
   ground: new Color(0x18202c),
   line: new Color(0x273344),
-  shadow: 0.62,
-  sun: new Color(0.52, 0.6, 0.76),
-  above: new Color(0.3, 0.36, 0.47),
-  below: new Color(0.2, 0.22, 0.27),
+  shadow: 0.72,
+  sun: new Color(0.22, 0.26, 0.33),
+  above: new Color(0.3, 0.35, 0.44),
+  below: new Color(0.2, 0.22, 0.28),
   edge: new Color(0xbcd3f2),
   ring: new Color(0x6fb1ff),
   pick: new Color(0xff9a4a),

@@ -1,26 +1,27 @@
 /** What the graphics card runs. All lengths are metres, relative to the scene's origin, z up. */
 
-/** Sky and air, shared by everything: what is far away takes the colour of the sky behind it. */
+/**
+ * Sky and air, shared by everything: what is far away takes the colour of the sky behind it.
+ * Colours are mixed as they are shown, in sRGB, and curves are ratios, not powers: a processor that
+ * stands in for a graphics card draws this too.
+ */
 const AIR = /* glsl */ `
 precision highp float;
 uniform vec3 uEye, uSun, uZenith, uHorizon, uGlow;
 uniform float uAir;
 vec3 sky(vec3 way) {
-  float up = clamp(way.z, 0.0, 1.0);
-  vec3 colour = mix(uHorizon, uZenith, 1.0 - exp(-3.2 * up));
-  return mix(colour, uGlow, 0.55 * pow(max(dot(way, uSun), 0.0), 24.0) + 0.25 * pow(max(dot(way, uSun), 0.0), 4.0) * (1.0 - up));
+  float up = max(way.z, 0.0);
+  float height = up * (3.4 + up) / (1.0 + up * (3.4 + up));
+  float s = max(dot(way, uSun), 0.0);
+  float s4 = s * s * s * s, s16 = s4 * s4 * s4 * s4;
+  return mix(mix(uHorizon, uZenith, height), uGlow, 0.5 * s16 * s4 + 0.22 * s4 * (1.0 - up));
 }
-float air(float distance) { float a = distance * uAir; return 1.0 - exp(-a * a); }
-vec3 through(vec3 colour, vec3 from) {
+// The colour of the air and, in the last place, how much of it there is.
+vec4 air(vec3 from) {
   vec3 way = from - uEye;
-  float distance = length(way);
+  float a = length(way) * uAir;
   way.z = max(way.z, 0.0);
-  return mix(colour, sky(normalize(way + vec3(0.0, 0.0, 1e-4))), air(distance));
-}
-// The picture is mixed in linear light and shown in sRGB.
-vec4 shown(vec3 c) {
-  c = clamp(c, 0.0, 1.0);
-  return vec4(mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c)), 1.0);
+  return vec4(sky(normalize(way + vec3(0.0, 0.0, 1e-4))), a * a / (1.0 + a * a));
 }
 `;
 
@@ -36,9 +37,7 @@ float lines(vec2 p, float step_) {
   return (1.0 - min(min(d.x, d.y), 1.0)) * fine;
 }
 vec3 ground(vec3 p) {
-  vec3 colour = uGround;
-  colour = mix(colour, uLine, 0.55 * lines(p.xy, 100.0));
-  colour = mix(colour, uLine, 0.85 * lines(p.xy, 1000.0));
+  vec3 colour = mix(uGround, uLine, max(0.5 * lines(p.xy, 100.0), 0.9 * lines(p.xy, 1000.0)));
   if (uRingShow > 0.0) {
     float far = length(p - uRingEye);
     float w = max(fwidth(far), 1e-4);
@@ -65,7 +64,7 @@ void main() {
 export const skyFragment = /* glsl */ `${AIR}
 in vec3 vWay;
 out vec4 colour;
-void main() { colour = shown(sky(normalize(vWay))); }`;
+void main() { colour = vec4(sky(normalize(vWay)), 1.0); }`;
 
 export const groundVertex = /* glsl */ `
 precision highp float;
@@ -82,39 +81,43 @@ void main() {
 export const groundFragment = /* glsl */ `${AIR}${GROUND}
 in vec3 vAt;
 out vec4 colour;
-void main() { colour = shown(through(ground(vAt), vAt)); }`;
+void main() {
+  vec4 a = air(vAt);
+  colour = vec4(mix(ground(vAt), a.rgb, a.a), 1.0);
+}`;
 
 /** Boxes cast along the sun onto the ground. Opaque: where shadows overlap they are one. */
-export const shadowVertex = /* glsl */ `
-precision highp float;
+export const shadowVertex = /* glsl */ `${AIR}
 in vec3 position;
 in vec4 low, high;
 uniform mat4 viewMatrix, projectionMatrix;
-uniform vec3 uSun;
-uniform float uLevel;
-out vec3 vAt;
+uniform vec3 uGround;
+uniform float uLevel, uShadow;
+out vec3 vColour;
 void main() {
   vec3 at = mix(low.xyz, high.xyz, position);
   float above = max(at.z - uLevel, 0.0);
-  vAt = vec3(at.xy - uSun.xy / uSun.z * above, uLevel);
-  gl_Position = projectionMatrix * viewMatrix * vec4(vAt, 1.0);
+  at = vec3(at.xy - uSun.xy / uSun.z * above, uLevel);
+  vec4 a = air(at);
+  vColour = mix(uGround * uShadow, a.rgb, a.a);
+  gl_Position = projectionMatrix * viewMatrix * vec4(at, 1.0);
 }`;
 
-export const shadowFragment = /* glsl */ `${AIR}${GROUND}
-uniform float uShadow;
-in vec3 vAt;
-out vec4 colour;
-void main() { colour = shown(through(ground(vAt) * uShadow, vAt)); }`;
-
-export const boxVertex = /* glsl */ `
+export const shadowFragment = /* glsl */ `
 precision highp float;
+in vec3 vColour;
+out vec4 colour;
+void main() { colour = vec4(vColour, 1.0); }`;
+
+export const boxVertex = /* glsl */ `${AIR}
 in vec3 position, normal;
 in vec4 low, high;
 uniform mat4 viewMatrix, projectionMatrix;
-uniform vec3 uSun, uSunLight, uAbove, uBelow, uPickColour;
+uniform vec3 uSunLight, uAbove, uBelow, uPickColour;
 uniform vec3 uKinds[64], uLevels[8], uHeights[6];
 uniform float uTint, uPick;
-out vec3 vAt, vColour;
+out vec3 vColour;
+out vec4 vAir;
 out vec2 vPlace;
 flat out vec2 vSize;
 flat out float vWall;
@@ -128,7 +131,7 @@ vec3 kind() {
   return mix(uHeights[at], uHeights[at + 1], h - float(at));
 }
 void main() {
-  vAt = mix(low.xyz, high.xyz, position);
+  vec3 at = mix(low.xyz, high.xyz, position);
   vec3 size = high.xyz - low.xyz;
   vec3 inside = position * size;
   vec3 axis = abs(normal);
@@ -140,13 +143,16 @@ void main() {
   float own = fract(low.w * 0.6180339887);
   vColour = kind() * light * (0.94 + 0.1 * own);
   if (low.w == uPick) vColour = uPickColour * (0.55 + 0.5 * light);
-  gl_Position = projectionMatrix * viewMatrix * vec4(vAt, 1.0);
+  vAir = air(at);
+  gl_Position = projectionMatrix * viewMatrix * vec4(at, 1.0);
 }`;
 
-export const boxFragment = /* glsl */ `${AIR}
+export const boxFragment = /* glsl */ `
+precision highp float;
 uniform vec3 uEdge;
 uniform float uEdgeShow, uStoreys;
-in vec3 vAt, vColour;
+in vec3 vColour;
+in vec4 vAir;
 in vec2 vPlace;
 flat in vec2 vSize;
 flat in float vWall;
@@ -155,7 +161,7 @@ void main() {
   vec3 c = vColour;
   vec2 w = max(fwidth(vPlace), 1e-5);
   // Streets are narrow: little light reaches the foot of a wall.
-  c *= 1.0 - vWall * 0.32 * exp(-max(vPlace.y, 0.0) / 9.0);
+  c *= 1.0 - vWall * 0.3 / (1.0 + 0.2 * max(vPlace.y, 0.0));
   float storey = abs(fract(vPlace.y / 3.4) - 0.5) * 3.4;
   float near = 1.0 - smoothstep(0.15, 0.7, w.y);
   c *= 1.0 - uStoreys * vWall * near * step(6.0, vSize.y) * (1.0 - smoothstep(0.25, 0.25 + 1.5 * w.y, storey));
@@ -163,7 +169,7 @@ void main() {
   vec2 wide = smoothstep(3.0, 10.0, vSize / w);
   float edge = (1.0 - smoothstep(0.4, 1.4, min(d.x, d.y))) * min(wide.x, wide.y);
   c = mix(c, uEdge, uEdgeShow * edge);
-  colour = shown(through(c, vAt));
+  colour = vec4(mix(c, vAir.rgb, vAir.a), 1.0);
 }`;
 
 /** Lines and faces of one colour, through the air. */

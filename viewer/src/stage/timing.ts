@@ -34,9 +34,10 @@ export class Timing {
 
   constructor(
     private readonly gl: WebGL2RenderingContext,
+    clock: boolean,
     private readonly measured: (sample: Sample) => void,
   ) {
-    this.timer = software(gl) ? null : (gl.getExtension('EXT_disjoint_timer_query_webgl2') as TimerExtension | null);
+    this.timer = !clock ? null : (gl.getExtension('EXT_disjoint_timer_query_webgl2') as TimerExtension | null);
   }
 
   begin(): void {
@@ -77,9 +78,11 @@ export class Timing {
   }
 }
 
-/** Whether the processor draws: its clock as a graphics card leaves out what is drawn late. */
-export function software(gl: WebGL2RenderingContext): boolean {
-  const info = gl.getExtension('WEBGL_debug_renderer_info');
-  const name = info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+/** Whether the processor draws. Its clock as a graphics card leaves out what is drawn late. */
+export function software(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const info = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? String(gl?.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
