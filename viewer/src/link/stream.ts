@@ -19,6 +19,8 @@ export class Stream implements Asking {
   private readonly socket: WebSocket | undefined;
   private readonly patience: number;
   private asked = new Map<number, Ask>();
+  /** The question that was answered last: when a city is exchanged it is answered once more. */
+  private last: Ask | undefined;
   private seq = 0;
   private answers = 0;
   /** What the service was told last, as JSON; what has not changed is left out. */
@@ -76,7 +78,7 @@ export class Stream implements Asking {
   }
 
   private hear(message: Message): void {
-    const ask = this.asked.get(message.seq);
+    const ask = this.asked.get(message.seq) ?? this.last;
     // Questions before this one were overtaken and will not be answered.
     for (const seq of this.asked.keys()) if (seq <= message.seq) this.asked.delete(seq);
     if (message.problem) {
@@ -86,6 +88,7 @@ export class Stream implements Asking {
       return;
     }
     if (!ask) return;
+    this.last = ask;
     const { add, remove, seq: _, ...head } = message;
     // A new connection starts from nothing, while the page still shows the answer before.
     const first = this.answers === 0;
