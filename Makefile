@@ -1,7 +1,7 @@
 # The version the API test is written against.
 SCHEMATHESIS := 4.32.5
 
-.PHONY: run test bench
+.PHONY: run test bench soak
 
 run: # serves the built-in demo city
 	cargo run --release -- serve
@@ -9,6 +9,11 @@ run: # serves the built-in demo city
 test: .venv/schemathesis-$(SCHEMATHESIS)
 	cargo test --tests --examples
 	cargo test --doc
+
+# Streams, queries and reloads for half an hour, then a kill; SOAK="--seconds 300" for less.
+soak:
+	cargo build --release --bin citylod
+	cargo run --release --example soak -- $(SOAK)
 
 bench:
 	cargo bench

@@ -16,6 +16,8 @@
 //! the far distance that makes 1,000 objects visible, or as near to it as can be. Alternate the
 //! two and compare medians: neighbours on the machine disturb both alike.
 
+use std::sync::Arc;
+
 use anyhow::{Context, Result};
 use axum::body::Bytes;
 use axum::http::header::CONTENT_TYPE;
@@ -24,7 +26,7 @@ use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use citylod::index::{self, LodTree, Promotion};
 use citylod::lod::{Beyond, RangeLod, Selection, retrieve};
 use citylod::scene::{CityParams, generate};
-use citylod::service::{Config, Scenes, Server, router, stop_signal};
+use citylod::service::{Config, Scenes, Server, Shared, router, stop_signal};
 
 const VISIBLE: u32 = 1_000;
 const EYE: DVec3 = DVec3::new(0.0, -1500.0, 400.0);
@@ -50,7 +52,8 @@ async fn main() -> Result<()> {
         listen: ([127, 0, 0, 1], 8099).into(),
         ..Config::default()
     };
-    let app = router(scenes, &config);
+    let shared = Shared::new(scenes, &config);
+    let app = router(Arc::clone(&shared));
     let answer = ask(app.clone(), &request).await?;
     eprintln!("{count} objects visible, {} bytes\n{request}", answer.len());
     std::fs::write(std::env::temp_dir().join("http_baseline.json"), &request)?;
@@ -59,7 +62,7 @@ async fn main() -> Result<()> {
         async move { ([(CONTENT_TYPE, "application/json")], answer) }
     };
     let app = app.route("/baseline", post(from_memory));
-    let server = Server::bind(config, app).await?;
+    let server = Server::bind(shared, app).await?;
     eprintln!("http://{}", server.address());
     server.run(stop_signal()).await;
     Ok(())

@@ -46,6 +46,7 @@
 //! | [`scene`] | what a city is; a generator | geom | formats, trees, cameras |
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
 //! | [`index`] | tree with representatives, packed; its file | geom, scene | views, HTTP |
+//! | [`control`] | `far_dist` from frame times: a pure step | – | trees, views, clocks |
 //! | [`lod`] | the seven-step retrieval, error and budget modes | geom, index | files, HTTP |
 //! | [`raster`] | id-buffer of boxes and meshes; pictures | geom, scene | LOD, HTTP |
 //! | [`effects`] | motion, haze, occlusion: entered only where the scene declares them | geom, scene, lod, raster | trees, HTTP |
@@ -65,6 +66,7 @@
 //!   ([`index::LodTree`]).
 
 pub mod cli;
+pub mod control;
 pub mod effects;
 pub mod experiment;
 pub mod frame;

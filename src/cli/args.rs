@@ -181,17 +181,17 @@ pub(super) struct RenderArgs {
     pub tint: TintArg,
 }
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(super) struct ServeArgs {
-    /// Cities to serve, each under the name of its file
+    /// Cities to serve, each under the name of its file; read again on SIGHUP
     pub files: Vec<PathBuf>,
     /// Address and port; port 0 picks a free one
     #[arg(long, default_value = "127.0.0.1:8080")]
     pub listen: SocketAddr,
-    /// Longest request body
+    /// Longest request body, and longest message of a stream
     #[arg(long, default_value_t = 64 * 1024)]
     pub max_body_bytes: usize,
-    /// Longest time a request may take to arrive
+    /// Longest time a request may take to arrive, and an answer or a stream may go unread
     #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
     pub timeout_ms: u64,
     /// Most requests in work at once; more are answered 503
@@ -200,9 +200,18 @@ pub(super) struct ServeArgs {
     /// Most ids in one answer; larger ones are refused with 413
     #[arg(long, default_value_t = 1_000_000)]
     pub max_answer_objects: u32,
-    /// Most connections; more wait
+    /// Most connections, without streams; more wait
     #[arg(long, default_value_t = 4096, value_parser = at_least_one)]
     pub max_connections: usize,
+    /// Most streams; more are answered 503
+    #[arg(long, default_value_t = 2048, value_parser = at_least_one)]
+    pub max_streams: usize,
+    /// Longest time a stream may go without a message before it is closed
+    #[arg(long, default_value_t = 300_000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub stream_idle_ms: u64,
+    /// How the log is written to standard error; the variable `RUST_LOG` says how much
+    #[arg(long, default_value = "text")]
+    pub log_format: LogFormatArg,
 }
 
 /// The kind of file that the name says.
@@ -295,6 +304,14 @@ impl From<UpArg> for Up {
             UpArg::Z => Self::Z,
         }
     }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum LogFormatArg {
+    /// For people
+    Text,
+    /// One JSON object a line
+    Json,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -1,7 +1,11 @@
+use std::io::IsTerminal;
+
 use anyhow::{Context, Result};
+use indicatif::ProgressBar;
+use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
-use super::args::ServeArgs;
+use super::args::{LogFormatArg, ServeArgs};
 use super::progress;
 use crate::index::{self, LodTree, Promotion};
 use crate::scene::{CityParams, generate};
@@ -13,10 +17,7 @@ const DEMO: &str = "demo";
 const DEMO_OBJECTS: u32 = 23_951;
 
 pub(super) fn run(args: &ServeArgs) -> Result<()> {
-    tracing_subscriber::fmt()
-        .with_env_filter(EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into()))
-        .with_writer(std::io::stderr)
-        .init();
+    let _log = log(args.log_format);
     let config = Config {
         listen: args.listen,
         max_body_bytes: args.max_body_bytes,
@@ -24,19 +25,45 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         max_concurrency: args.max_concurrency,
         max_connections: args.max_connections,
         max_answer_objects: args.max_answer_objects,
+        max_streams: args.max_streams,
+        stream_idle: std::time::Duration::from_millis(args.stream_idle_ms),
         ..Config::default()
     };
-    let scenes = scenes(args)?;
+    let scenes = scenes(args, &progress::spinner())?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .context("cannot start the service")?;
-    runtime.block_on(serve(config, scenes, |text| eprint!("{text}")))?;
+    let args = args.clone();
+    let reread = move || self::scenes(&args, &ProgressBar::hidden()).map_err(Into::into);
+    runtime.block_on(serve(config, scenes, reread, |text| eprint!("{text}")))?;
     Ok(())
 }
 
-fn scenes(args: &ServeArgs) -> Result<Scenes> {
-    let spinner = progress::spinner();
+/// Lines that wait to be written; further ones are lost, so that a log that nobody reads does not
+/// hold up the service.
+const LOG_LINES: usize = 4096;
+
+/// Logs to standard error until the guard is dropped.
+fn log(format: LogFormatArg) -> WorkerGuard {
+    let (writer, guard) = NonBlockingBuilder::default()
+        .buffered_lines_limit(LOG_LINES)
+        .lossy(true)
+        .finish(std::io::stderr());
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| "info".into());
+    let log = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_writer(writer);
+    match format {
+        LogFormatArg::Text => log.init(),
+        LogFormatArg::Json => log.json().flatten_event(true).init(),
+    }
+    guard
+}
+
+/// The cities; `spinner` shows what is being done.
+fn scenes(args: &ServeArgs, spinner: &ProgressBar) -> Result<Scenes> {
     let mut scenes = Scenes::new();
     for file in &args.files {
         spinner.set_message(format!("opening {}", file.display()));

@@ -6,6 +6,7 @@
 //! Knows nothing of the controller, of files or of HTTP.
 
 mod budget;
+mod difference;
 mod error;
 mod gather;
 mod lanes;
@@ -18,6 +19,7 @@ mod survey;
 mod sweep;
 
 pub use budget::BudgetLod;
+pub use difference::difference;
 pub use error::ErrorLod;
 pub use mode::{Lod, select};
 pub use range::{Beyond, LodError, RangeLod};

@@ -87,6 +87,15 @@ impl RangeLod {
         }
     }
 
+    /// The same with another far distance, m; 0 for what is negative or no number.
+    #[must_use]
+    pub fn with_far_dist(self, far_dist: f64) -> Self {
+        Self {
+            far_dist: far_dist.max(0.0) + 0.0,
+            ..self
+        }
+    }
+
     pub(super) fn coarsened(self, factor: f64) -> Self {
         Self {
             far_dist: self.far_dist / factor,

@@ -11,7 +11,8 @@ use axum::response::Response;
 use super::documents::{cached, make};
 use super::negotiate::accepted;
 use super::problem::Problem;
-use super::routes::{SceneName, Shared};
+use super::routes::SceneName;
+use super::shared::Shared;
 use super::span::Span;
 use crate::index::LodTree;
 
@@ -32,9 +33,9 @@ pub async fn boxes(
     RawQuery(query): RawQuery,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&name)?;
+    let city = shared.city(&name)?;
     accepted(&headers, &["application/octet-stream"])?;
-    let span = Span::read(city, &query.unwrap_or_default(), MOST_BOXES)?;
+    let span = Span::read(&city, &query.unwrap_or_default(), MOST_BOXES)?;
     let mut response = cached(&headers, city.etag(), || {
         let range = span.range.clone();
         let body = make(range.len() * BOX, || encode(city.tree(), range));
@@ -43,7 +44,7 @@ pub async fn boxes(
         response.headers_mut().insert(header::CONTENT_TYPE, binary);
         response
     });
-    span.describe(city, &mut response);
+    span.describe(&city, &mut response);
     let [x, y, z] = city.tree().origin().to_array();
     if let Ok(origin) = HeaderValue::try_from(format!("{x},{y},{z}")) {
         response.headers_mut().insert(ORIGIN, origin);

@@ -11,8 +11,9 @@ use super::boxes::MOST_BOXES;
 use super::documents::{Link, cached, json};
 use super::negotiate::accepted;
 use super::problem::Problem;
-use super::routes::{SceneName, Shared};
+use super::routes::SceneName;
 use super::scenes::City;
+use super::shared::Shared;
 
 #[derive(Serialize)]
 struct List<'a> {
@@ -107,6 +108,12 @@ impl<'a> Collection<'a> {
                     "what to draw for a camera",
                 ),
                 Link::new(
+                    "stream",
+                    format!("{path}/stream"),
+                    "application/json",
+                    "the same as the camera moves, by WebSocket",
+                ),
+                Link::new(
                     "boxes",
                     format!("{path}/boxes?revision={}", tree.revision()),
                     "application/octet-stream",
@@ -138,9 +145,10 @@ pub async fn list(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     accepted(&headers, &["application/json"])?;
+    let scenes = shared.scenes();
     Ok(json(&List {
         links: vec![Link::json("self", "/collections", "this list")],
-        collections: shared.scenes().iter().map(Collection::of).collect(),
+        collections: scenes.iter().map(|city| Collection::of(city)).collect(),
     }))
 }
 
@@ -150,10 +158,10 @@ pub async fn one(
     SceneName(name): SceneName,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&name)?;
+    let city = shared.city(&name)?;
     accepted(&headers, &["application/json"])?;
     Ok(cached(&headers, city.etag(), || {
-        json(&Collection::of(city))
+        json(&Collection::of(&city))
     }))
 }
 
@@ -163,7 +171,7 @@ pub async fn plan(
     SceneName(name): SceneName,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&name)?;
+    let city = shared.city(&name)?;
     accepted(&headers, &["image/svg+xml"])?;
     Ok(cached(&headers, city.etag(), || {
         let svg = HeaderValue::from_static("image/svg+xml");

@@ -8,10 +8,12 @@ use std::time::Duration;
 pub struct Config {
     /// Address and port; port 0 picks a free one. Loopback unless told otherwise.
     pub listen: SocketAddr,
-    /// Longest request body, bytes; longer ones are answered 413. A request has some 500.
+    /// Longest request body, and longest message of a stream, bytes; longer ones are answered 413,
+    /// or by the end of the stream (1009). A request has some 500.
     pub max_body_bytes: usize,
     /// Longest time that the head of a request, then its body, may take to arrive; also how long
-    /// an idle connection is kept, and one whose reader takes nothing of its answer.
+    /// an idle connection is kept, and one whose reader takes nothing of its answer, a stream
+    /// too.
     pub timeout: Duration,
     /// Most requests in work at once; further ones are answered 503 at once.
     pub max_concurrency: usize,
@@ -21,6 +23,11 @@ pub struct Config {
     pub max_answer_objects: u32,
     /// Most connections; further ones wait to be accepted.
     pub max_connections: usize,
+    /// Most streams; further ones are answered 503. They do not count as connections or requests
+    /// in work.
+    pub max_streams: usize,
+    /// Longest time without a message from the client before a stream is closed.
+    pub stream_idle: Duration,
     /// How long requests in work may take to finish once the service is told to stop.
     pub drain: Duration,
 }
@@ -34,6 +41,8 @@ impl Default for Config {
             max_concurrency: 256,
             max_answer_objects: 1_000_000,
             max_connections: 4096,
+            max_streams: 2048,
+            stream_idle: Duration::from_secs(300),
             drain: Duration::from_secs(10),
         }
     }

@@ -1,4 +1,5 @@
-//! What every request passes: the limits on number and time, panics, compression, other origins.
+//! What every request passes: the limits on number and time, panics, compression, other origins,
+//! counters and the log.
 //!
 //! One type instead of a stack of layers, so that what a request does not need costs a branch.
 
@@ -6,23 +7,24 @@ use std::any::Any;
 use std::future::{Future, poll_fn};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::pin;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::Body;
 use axum::extract::Request;
-use axum::http::{HeaderMap, HeaderValue, Method, header};
+use axum::http::{HeaderMap, HeaderValue, Method, Uri, header};
 use axum::response::{IntoResponse, Response};
 use tower::ServiceExt;
 use tower_http::CompressionLevel;
 use tower_http::compression::Compression;
 use tower_http::compression::predicate::SizeAbove;
 
-use super::config::Config;
 use super::cors;
 use super::problem::{Kind, Problem};
+use super::request_id::{self, REQUEST_ID};
+use super::shared::Shared;
 
 /// Shorter bodies fit a packet as they are, bytes.
 const WORTH_COMPRESSING: u64 = 1024;
@@ -35,11 +37,13 @@ pub struct Gate {
     in_work: Arc<AtomicUsize>,
     max_concurrency: usize,
     timeout: Duration,
+    shared: Arc<Shared>,
 }
 
 impl Gate {
     /// Puts the router behind the limits of the configuration.
-    pub fn new(router: Router, config: &Config) -> Self {
+    pub fn new(router: Router, shared: Arc<Shared>) -> Self {
+        let config = *shared.config();
         Self {
             compressed: Compression::new(router.clone())
                 .quality(CompressionLevel::Fastest)
@@ -48,30 +52,57 @@ impl Gate {
             in_work: Arc::default(),
             max_concurrency: config.max_concurrency,
             timeout: config.timeout,
+            shared,
         }
     }
 
-    /// Answers a request, whatever happens.
+    /// Answers a request, whatever happens; counts it, and names and logs it where that is of use.
     pub async fn respond(&self, request: Request) -> Response {
-        if !tracing::enabled!(tracing::Level::DEBUG) {
-            return self.answer(request).await;
-        }
-        let (method, path) = (request.method().clone(), request.uri().path().to_owned());
         let start = Instant::now();
-        let response = self.answer(request).await;
-        let status = response.status().as_u16();
-        let took_us = start.elapsed().as_micros() as u64;
-        tracing::debug!(%method, path, status, took_us, "request");
+        let asked = Asked::of(&request);
+        let mut response = self.answer(request, &asked).await;
+        let (status, took) = (response.status(), start.elapsed());
+        let metrics = self.shared.metrics();
+        metrics.requests.count(asked.uri.path(), status, took);
+        if asked.id.get().is_some()
+            || status.as_u16() >= 400
+            || tracing::enabled!(tracing::Level::DEBUG)
+        {
+            self.log(&asked, &mut response, took);
+        }
         response
     }
 
-    async fn answer(&self, request: Request) -> Response {
+    /// Names the answer and tells of it: defects always, refusals by default, all the others
+    /// where the log is to be verbose.
+    #[cold]
+    fn log(&self, asked: &Asked, response: &mut Response, took: Duration) {
+        let id = match response.headers().get(REQUEST_ID) {
+            Some(id) => id.clone(), // a stream has its own name already
+            None => asked.id(&self.shared).clone(),
+        };
+        let (method, path) = (&asked.method, asked.uri.path());
+        let (status, took_us) = (response.status().as_u16(), took.as_micros() as u64);
+        let request_id = id.to_str().unwrap_or_default();
+        match status {
+            500 => {
+                tracing::error!(request_id, %method, path, status, took_us, "request failed");
+            }
+            400.. => {
+                tracing::info!(request_id, %method, path, status, took_us, "request refused");
+            }
+            _ => tracing::debug!(request_id, %method, path, status, took_us, "request"),
+        }
+        response.headers_mut().insert(REQUEST_ID, id);
+    }
+
+    async fn answer(&self, request: Request, asked: &Asked) -> Response {
         if cors::is_preflight(&request) {
             return cors::preflight();
         }
         let foreign = request.headers().contains_key(header::ORIGIN);
         let negotiable = request.method() == Method::GET || request.method() == Method::HEAD;
-        let mut response = self.limited(request).await;
+        let mut response = self.limited(request, asked).await;
         if foreign {
             cors::allow(response.headers_mut());
         }
@@ -82,7 +113,7 @@ impl Gate {
         response
     }
 
-    async fn limited(&self, request: Request) -> Response {
+    async fn limited(&self, request: Request, asked: &Asked) -> Response {
         let Some(_place) = Place::take(&self.in_work, self.max_concurrency) else {
             let detail = "try again in a second (option --max-concurrency)";
             return Problem::new(Kind::Overloaded, detail).into_response();
@@ -91,7 +122,8 @@ impl Gate {
         match tokio::time::timeout(self.timeout, work).await {
             Ok(Ok(response)) => response,
             Ok(Err(panic)) => {
-                tracing::error!(reason = reason(&*panic), "a handler panicked");
+                let request_id = asked.id(&self.shared).to_str().unwrap_or_default();
+                tracing::error!(request_id, reason = reason(&*panic), "a handler panicked");
                 let detail = "this is a defect: please report what you asked for";
                 Problem::new(Kind::Internal, detail).into_response()
             }
@@ -115,6 +147,32 @@ impl Gate {
                 Err(never) => match never {},
             }
         }
+    }
+}
+
+/// What is known of a request once it is answered.
+struct Asked {
+    method: Method,
+    uri: Uri,
+    /// The client's name for it, or ours once it is needed.
+    id: OnceLock<HeaderValue>,
+}
+
+impl Asked {
+    fn of(request: &Request) -> Self {
+        let id = OnceLock::new();
+        if let Some(given) = request_id::given(request.headers()) {
+            id.get_or_init(|| given.clone());
+        }
+        Self {
+            method: request.method().clone(),
+            uri: request.uri().clone(),
+            id,
+        }
+    }
+
+    fn id(&self, shared: &Shared) -> &HeaderValue {
+        self.id.get_or_init(|| shared.request_ids().new_one())
     }
 }
 

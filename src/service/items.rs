@@ -12,8 +12,9 @@ use serde_json::value::RawValue;
 use super::documents::{Link, cached, json, make};
 use super::negotiate::accepted;
 use super::problem::{Kind, Problem};
-use super::routes::{ItemName, SceneName, Shared};
+use super::routes::{ItemName, SceneName};
 use super::scenes::segment;
+use super::shared::Shared;
 use super::span::Span;
 
 /// Most objects in one list: about 1 MB.
@@ -37,9 +38,9 @@ pub async fn items(
     RawQuery(query): RawQuery,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&name)?;
+    let city = shared.city(&name)?;
     accepted(&headers, &["application/json"])?;
-    let span = Span::read(city, &query.unwrap_or_default(), MOST_ITEMS)?;
+    let span = Span::read(&city, &query.unwrap_or_default(), MOST_ITEMS)?;
     let tree = city.tree();
     let mut response = cached(&headers, city.etag(), || {
         make(span.range.len() * ITEM, || {
@@ -53,7 +54,7 @@ pub async fn items(
             })
         })
     });
-    span.describe(city, &mut response);
+    span.describe(&city, &mut response);
     Ok(response)
 }
 
@@ -77,7 +78,7 @@ pub async fn item(
     ItemName { scene, id }: ItemName,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&scene)?;
+    let city = shared.city(&scene)?;
     accepted(&headers, &["application/json"])?;
     let tree = city.tree();
     let found = tree.find(&id);

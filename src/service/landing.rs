@@ -11,7 +11,7 @@ use super::documents::{Link, json};
 use super::negotiate::accepted;
 use super::page::Viewer;
 use super::problem::Problem;
-use super::routes::Shared;
+use super::shared::Shared;
 use super::{OPENAPI, page, viewer};
 
 /// What OGC API documents call an `OpenAPI` description.
@@ -65,7 +65,7 @@ pub async fn about(
 fn page(shared: &Shared, headers: &HeaderMap, viewer: Viewer) -> Response {
     let host = headers.get(header::HOST).and_then(|h| h.to_str().ok());
     let html = HeaderValue::from_static("text/html; charset=utf-8");
-    let page = page::render(shared.scenes(), host.unwrap_or("127.0.0.1:8080"), viewer);
+    let page = page::render(&shared.scenes(), host.unwrap_or("127.0.0.1:8080"), viewer);
     ([(header::CONTENT_TYPE, html)], page).into_response()
 }
 

@@ -1,7 +1,8 @@
 //! The HTTP service: which objects of which city to draw for a camera, over the wire.
 //!
 //! request → gate (limits) → [`ROUTES`] → handler → answer or problem document.
-//! Stateless but for the cities, which never change while they are served.
+//! Stateless but for the cities, which are replaced whole, and for streams, each of which knows
+//! what it has sent.
 //!
 //! Knows nothing of the command line or of experiments.
 
@@ -15,44 +16,78 @@ mod gate;
 mod items;
 mod json;
 mod landing;
+mod metrics;
 mod negotiate;
 mod page;
 mod patience;
 mod plan;
 mod problem;
+mod reload;
+mod request_id;
 mod routes;
 mod scenes;
 mod server;
+mod shared;
+mod signals;
 mod span;
+mod stream;
 mod viewer;
 mod visible;
 
 use std::fmt::Write as _;
 use std::net::SocketAddr;
+use std::pin::pin;
+use std::sync::Arc;
+
+use tokio::sync::Notify;
 
 pub use config::Config;
+pub use reload::ReadError;
 pub use routes::{ROUTES, Route, Verb, router};
 pub use scenes::{City, NameError, Scenes};
-pub use server::{ListenError, Server, stop_signal};
+pub use server::{ListenError, Server};
+pub use shared::Shared;
+pub use signals::stop_signal;
 pub use visible::Tail;
+
+use signals::{HangUp, HangUps};
 
 /// The description of the API, as served at `/api`.
 pub const OPENAPI: &str = include_str!("../../openapi.yaml");
 
 /// Serves the cities until the process is told to stop. `ready` gets what to tell the user once
-/// requests are taken: address, cities, a command to try.
+/// requests are taken: address, cities, a command to try. On SIGHUP, what `reread` returns is
+/// served instead, at once for requests; streams begin anew with it.
 ///
 /// # Errors
 /// [`ListenError`] when the address cannot be had.
 pub async fn serve(
     config: Config,
     scenes: Scenes,
+    reread: impl Fn() -> Result<Scenes, ReadError> + Send + Sync + 'static,
     ready: impl FnOnce(&str),
 ) -> Result<(), ListenError> {
     let cities = Greeting::of(&scenes);
-    let server = Server::bind(config, router(scenes, &config)).await?;
+    let shared = Shared::new(scenes, &config);
+    let server = Server::bind(Arc::clone(&shared), router(Arc::clone(&shared))).await?;
+    let mut hang_ups = HangUps::listen();
     ready(&cities.text(server.address()));
-    server.run(stop_signal()).await;
+    let reread_now = Arc::new(Notify::new());
+    let reloading = tokio::spawn(reload::reload_when(Arc::clone(&reread_now), shared, reread));
+    let told_to_stop = async {
+        let mut stop = pin!(stop_signal());
+        loop {
+            tokio::select! {
+                () = &mut stop => break,
+                hang_up = hang_ups.next() => match hang_up {
+                    HangUp::Reload => reread_now.notify_one(),
+                    HangUp::TerminalClosed => break,
+                },
+            }
+        }
+    };
+    server.run(told_to_stop).await;
+    reloading.abort();
     Ok(())
 }
 

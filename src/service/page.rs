@@ -20,7 +20,7 @@ pub enum Viewer {
 
 /// The page for these scenes; `host` is how the reader reaches the service.
 pub fn render(scenes: &Scenes, host: &str, viewer: Viewer) -> String {
-    let cards: String = scenes.iter().map(card).collect();
+    let cards: String = scenes.iter().map(|city| card(city)).collect();
     let cards = if scenes.is_empty() {
         "<p>No scene is being served.</p>".to_owned()
     } else {

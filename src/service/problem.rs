@@ -3,7 +3,7 @@
 use axum::body::Body;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// What can go wrong, each with one status and one title. The page at `/` explains every kind;
 /// `type` links there.
@@ -31,6 +31,8 @@ pub enum Kind {
     AnswerTooLarge,
     /// The body is of another type than the service reads.
     UnsupportedMediaType,
+    /// The path is that of a WebSocket.
+    UpgradeRequired,
     /// A defect of the service.
     Internal,
     /// Too many requests at once.
@@ -39,7 +41,7 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds, by status.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::MalformedJson,
         Self::InvalidRequest,
         Self::ImpossibleValue,
@@ -51,6 +53,7 @@ impl Kind {
         Self::TooLarge,
         Self::AnswerTooLarge,
         Self::UnsupportedMediaType,
+        Self::UpgradeRequired,
         Self::Internal,
         Self::Overloaded,
     ];
@@ -108,6 +111,11 @@ impl Kind {
                 StatusCode::UNSUPPORTED_MEDIA_TYPE,
                 "unsupported-media-type",
                 "The body must be JSON",
+            ),
+            Self::UpgradeRequired => (
+                StatusCode::UPGRADE_REQUIRED,
+                "upgrade-required",
+                "This is a WebSocket",
             ),
             Self::Internal => (
                 StatusCode::INTERNAL_SERVER_ERROR,
@@ -176,8 +184,8 @@ impl Problem {
 /// Media type of a problem document.
 pub const PROBLEM_JSON: HeaderValue = HeaderValue::from_static("application/problem+json");
 
-impl IntoResponse for Problem {
-    fn into_response(self) -> Response {
+impl Serialize for Problem {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         let (status, slug, title) = self.kind.parts();
         let document = Document {
             r#type: format!("/#{slug}"),
@@ -188,7 +196,14 @@ impl IntoResponse for Problem {
             line: self.place.map(|(line, _)| line),
             column: self.place.map(|(_, column)| column),
         };
-        let body = serde_json::to_vec(&document).unwrap_or_default();
+        document.serialize(to)
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let (status, ..) = self.kind.parts();
+        let body = serde_json::to_vec(&self).unwrap_or_default();
         let mut response = Response::new(Body::from(body));
         *response.status_mut() = status;
         let headers = response.headers_mut();
@@ -197,6 +212,16 @@ impl IntoResponse for Problem {
         match self.kind {
             Kind::Overloaded => {
                 headers.insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+            }
+            Kind::UpgradeRequired => {
+                // RFC 9110, section 7.8, and RFC 6455, section 4.4.
+                for (name, value) in [
+                    (header::UPGRADE, "websocket"),
+                    (header::CONNECTION, "upgrade"),
+                    (header::SEC_WEBSOCKET_VERSION, "13"),
+                ] {
+                    headers.insert(name, HeaderValue::from_static(value));
+                }
             }
             // What is left of the body would be read as the next request.
             Kind::Timeout | Kind::TooLarge => {

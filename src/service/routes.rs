@@ -10,35 +10,9 @@ use axum::http::request::Parts;
 use axum::http::{Method, Uri};
 use axum::routing::{MethodFilter, MethodRouter, on};
 
-use super::config::Config;
 use super::problem::{Kind, Problem};
-use super::scenes::Scenes;
-use super::{boxes, collections, items, landing, viewer, visible};
-
-/// What all handlers see.
-#[derive(Debug)]
-pub struct Shared {
-    scenes: Scenes,
-    max_body_bytes: usize,
-    max_answer_objects: u32,
-}
-
-impl Shared {
-    /// The cities.
-    pub fn scenes(&self) -> &Scenes {
-        &self.scenes
-    }
-
-    /// Longest body read.
-    pub fn max_body_bytes(&self) -> usize {
-        self.max_body_bytes
-    }
-
-    /// Most objects listed by id.
-    pub fn max_answer_objects(&self) -> u32 {
-        self.max_answer_objects
-    }
-}
+use super::shared::Shared;
+use super::{boxes, collections, items, landing, metrics, stream, viewer, visible};
 
 /// A method of HTTP that the service uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,24 +71,21 @@ pub const ROUTES: &[Route] = &[
     route!(Get "/api" landing::api, "the API as OpenAPI"),
     route!(Get "/conformance" landing::conformance, "the standards it follows"),
     route!(Get "/health" landing::health, "whether it is up"),
+    route!(Get "/metrics" metrics::get, "counters for Prometheus"),
     route!(Get "/collections" collections::list, "the scenes"),
     route!(Get "/collections/{scene}" collections::one, "one scene: extent, counts, levels, classes"),
     route!(Get "/collections/{scene}/visible" visible::get, "what to draw for a camera given in the query"),
     route!(Post "/collections/{scene}/visible" visible::post, "what to draw for a camera given as JSON"),
     route!(Get "/collections/{scene}/items" items::items, "ids and classes of objects in bulk"),
+    route!(Get "/collections/{scene}/stream" stream::get, "what comes and what goes as the camera moves, by WebSocket"),
     route!(Get "/collections/{scene}/items/{id}" items::item, "one object with its attributes"),
     route!(Get "/collections/{scene}/boxes" boxes::boxes, "boxes of objects in bulk, binary"),
     route!(Get "/collections/{scene}/plan.svg" collections::plan, "the scene from above"),
 ];
 
-/// The routes over these scenes, with the limits on bodies and answers; those on number and time
-/// are kept by [`super::Server`].
-pub fn router(scenes: Scenes, config: &Config) -> Router {
-    let shared = Shared {
-        scenes,
-        max_body_bytes: config.max_body_bytes,
-        max_answer_objects: config.max_answer_objects,
-    };
+/// The routes, with the limits on bodies and answers; those on number and time are kept by
+/// [`super::Server`].
+pub fn router(shared: Arc<Shared>) -> Router {
     ROUTES
         .iter()
         .fold(Router::new(), |router, route| {
@@ -122,7 +93,7 @@ pub fn router(scenes: Scenes, config: &Config) -> Router {
         })
         .fallback(no_such_path)
         .method_not_allowed_fallback(no_such_method)
-        .with_state(Arc::new(shared))
+        .with_state(shared)
 }
 
 async fn no_such_path(uri: Uri) -> Problem {

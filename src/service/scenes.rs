@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use axum::body::Bytes;
 use axum::http::HeaderValue;
@@ -47,7 +47,8 @@ pub struct City {
     tree: LodTree,
     name: String,
     head: Vec<u8>,
-    revision: HeaderValue,
+    revision: String,
+    revision_header: HeaderValue,
     etag: HeaderValue,
     plan: OnceLock<Bytes>,
 }
@@ -64,7 +65,8 @@ impl City {
         Self {
             head: head.into_bytes(),
             etag: header(&format!("W/\"{}-{revision}\"", env!("CARGO_PKG_VERSION"))),
-            revision: header(&revision),
+            revision_header: header(&revision),
+            revision,
             plan: OnceLock::new(),
             name,
             tree,
@@ -93,6 +95,11 @@ impl City {
 
     /// [`LodTree::revision`], as a header.
     pub fn revision_header(&self) -> &HeaderValue {
+        &self.revision_header
+    }
+
+    /// [`LodTree::revision`].
+    pub fn revision(&self) -> &str {
         &self.revision
     }
 
@@ -131,7 +138,7 @@ impl City {
 /// Cities by name.
 #[derive(Debug, Default)]
 pub struct Scenes {
-    cities: BTreeMap<String, City>,
+    cities: BTreeMap<String, Arc<City>>,
 }
 
 impl Scenes {
@@ -149,8 +156,22 @@ impl Scenes {
         if self.cities.contains_key(&name) {
             return Err(NameError::Taken { name });
         }
-        self.cities.insert(name.clone(), City::new(name, tree));
+        let city = Arc::new(City::new(name.clone(), tree));
+        self.cities.insert(name, city);
         Ok(())
+    }
+
+    /// Takes over from `old` the cities that have the same contents under the same name, with
+    /// what was prepared of them. Returns how many are new or have changed.
+    pub fn keep_unchanged(&mut self, old: &Self) -> usize {
+        let mut changed = 0;
+        for (name, city) in &mut self.cities {
+            match old.cities.get(name) {
+                Some(same) if same.revision == city.revision => *city = Arc::clone(same),
+                _ => changed += 1,
+            }
+        }
+        changed
     }
 
     /// What a city from this file is called: the file name without its extension.
@@ -170,7 +191,7 @@ impl Scenes {
     ///
     /// # Errors
     /// 404.
-    pub fn get(&self, name: &str) -> Result<&City, Problem> {
+    pub fn get(&self, name: &str) -> Result<&Arc<City>, Problem> {
         self.cities.get(name).ok_or_else(|| {
             let detail = format!("there is no scene {name:?}: GET /collections lists them");
             Problem::new(Kind::NotFound, detail).at("scene")
@@ -178,7 +199,7 @@ impl Scenes {
     }
 
     /// All of them, by name.
-    pub fn iter(&self) -> impl Iterator<Item = &City> {
+    pub fn iter(&self) -> impl Iterator<Item = &Arc<City>> {
         self.cities.values()
     }
 

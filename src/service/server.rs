@@ -15,13 +15,15 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::server::graceful::GracefulShutdown;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::config::Config;
 use super::gate::Gate;
 use super::patience::Patient;
+use super::shared::Shared;
+
+/// As many as a semaphore can wait for.
+const MOST_PLACES: usize = 1 << 28;
 
 /// The service could not start.
 #[derive(Debug, thiserror::Error)]
@@ -38,7 +40,7 @@ pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     gate: Gate,
-    config: Config,
+    shared: Arc<Shared>,
 }
 
 impl Server {
@@ -46,7 +48,8 @@ impl Server {
     ///
     /// # Errors
     /// [`ListenError`] when the address is taken or not ours.
-    pub async fn bind(config: Config, router: Router) -> Result<Self, ListenError> {
+    pub async fn bind(shared: Arc<Shared>, router: Router) -> Result<Self, ListenError> {
+        let config = shared.config();
         let failed = |source| ListenError {
             address: config.listen,
             source,
@@ -54,10 +57,10 @@ impl Server {
         let listener = TcpListener::bind(config.listen).await.map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         Ok(Self {
-            gate: Gate::new(router, &config),
+            gate: Gate::new(router, Arc::clone(&shared)),
             listener,
             address,
-            config,
+            shared,
         })
     }
 
@@ -66,13 +69,15 @@ impl Server {
         self.address
     }
 
-    /// Serves until `stop` is done, then lets requests in work finish, for `drain` at most.
+    /// Serves until `stop` is done, then lets requests in work finish and tells streams to end,
+    /// for `drain` at most.
     pub async fn run(self, stop: impl Future<Output = ()>) {
+        let config = *self.shared.config();
         let mut http = http1::Builder::new();
         http.timer(TokioTimer::new())
-            .header_read_timeout(self.config.timeout);
-        let connections = GracefulShutdown::new();
-        let places = Arc::new(Semaphore::new(self.config.max_connections));
+            .header_read_timeout(config.timeout);
+        let connections = config.max_connections.min(MOST_PLACES);
+        let places = Arc::new(Semaphore::new(connections));
         let mut stop = pin!(stop);
         loop {
             let next = async {
@@ -83,27 +88,53 @@ impl Server {
                 next = next => next,
                 () = &mut stop => break,
             };
-            let gate = self.gate.clone();
-            let service = service_fn(move |request: Request<Incoming>| {
-                let gate = gate.clone();
-                async move { Ok::<_, Infallible>(gate.respond(request.map(Body::new)).await) }
-            });
-            let io = Patient::new(TokioIo::new(stream), self.config.timeout);
-            let connection = http.serve_connection(io, service);
-            let connection = connections.watch(connection);
-            tokio::spawn(async move {
-                if let Err(error) = connection.await {
-                    tracing::debug!(%error, "connection ended");
-                }
-                drop(place);
-            });
+            // The semaphore is never closed.
+            if let Ok(place) = place {
+                tokio::spawn(self.connection(&http, stream, place));
+            }
         }
         drop(self.listener);
-        if tokio::time::timeout(self.config.drain, connections.shutdown())
-            .await
-            .is_err()
-        {
+        self.shared.close();
+        let all = async {
+            let _ = places.acquire_many(connections as u32).await;
+            self.shared.streams().ended().await;
+        };
+        if tokio::time::timeout(config.drain, all).await.is_err() {
             tracing::warn!("requests were still in work when the time to finish was over");
+        }
+    }
+
+    /// One connection from its first byte to its last, or until it becomes a stream.
+    fn connection(
+        &self,
+        http: &http1::Builder,
+        stream: TcpStream,
+        place: OwnedSemaphorePermit,
+    ) -> impl Future<Output = ()> + Send + 'static {
+        let gate = self.gate.clone();
+        let service = service_fn(move |request: Request<Incoming>| {
+            let gate = gate.clone();
+            async move { Ok::<_, Infallible>(gate.respond(request.map(Body::new)).await) }
+        });
+        let shared = Arc::clone(&self.shared);
+        let io = Patient::new(TokioIo::new(stream), shared.config().timeout);
+        let connection = http.serve_connection(io, service).with_upgrades();
+        async move {
+            let open = shared.metrics().connections.enter();
+            let mut connection = pin!(connection);
+            let ended = tokio::select! {
+                biased;
+                ended = connection.as_mut() => ended,
+                () = shared.closed() => {
+                    connection.as_mut().graceful_shutdown();
+                    connection.await
+                }
+            };
+            if let Err(error) = ended {
+                tracing::debug!(%error, "connection ended");
+            }
+            drop(open);
+            drop(place);
         }
     }
 
@@ -123,30 +154,5 @@ impl Server {
                 }
             }
         }
-    }
-}
-
-/// Done when the process is told to stop (Ctrl-C, or SIGTERM as service managers send it).
-pub async fn stop_signal() {
-    let interrupt = async {
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
-        }
-    };
-    #[cfg(unix)]
-    let terminate = async {
-        use tokio::signal::unix::{SignalKind, signal};
-        match signal(SignalKind::terminate()) {
-            Ok(mut signal) => {
-                signal.recv().await;
-            }
-            Err(_) => std::future::pending::<()>().await,
-        }
-    };
-    #[cfg(not(unix))]
-    let terminate = std::future::pending::<()>();
-    tokio::select! {
-        () = interrupt => {}
-        () = terminate => {}
     }
 }

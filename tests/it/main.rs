@@ -9,8 +9,12 @@
 
 /// The command line as a user meets it: what it writes, prints, refuses and exits with.
 mod command;
+/// The controller keeps what it promises, over a thousand seeds a promise, and any numbers.
+mod control;
 /// A folder to run the command in, and what a run came to.
 mod desk;
+/// What one answer has that another has not, against sets.
+mod difference;
 /// A city that is edited keeps its laws and gives the same answers.
 mod edit;
 /// Motion, haze and occlusion: declared, switched off, and what they leave.
@@ -51,8 +55,12 @@ mod raster;
 mod real_cities;
 /// Retrieval against the transcription and against brute force.
 mod retrieval;
+/// `serve` reads its files again, starts again after a kill, and logs what it refuses.
+mod serve_again;
 /// Limits given to `serve` as flags.
 mod serve_limits;
+/// `serve` as a process.
+mod served;
 /// The HTTP service: answers, refusals, limits, description.
 mod service;
 /// Culling, "inside" and distances against exact arithmetic, and the oracle against what is plain.

@@ -1,40 +1,53 @@
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::process::{Command, Stdio};
+
+use crate::served::Served;
 
 const BODY: &str = r#"{"camera":{"eye":[0,-800,250],"target":[0,0,30]}}"#;
 
 /// Status of one answer of a demo city served with these flags.
 fn status(flags: &[&str]) -> String {
-    let serve = Command::new(env!("CARGO_BIN_EXE_citylod"))
-        .args(["serve", "--listen", "127.0.0.1:0"])
-        .args(flags)
-        .stderr(Stdio::piped())
-        .spawn();
-    let mut serve = serve.unwrap();
-    let mut greeting = BufReader::new(serve.stderr.take().unwrap()).lines();
-    let address = greeting.find_map(|line| {
-        let line = line.unwrap();
-        Some(line.split_once("http://")?.1.trim().to_owned())
-    });
-    let mut stream = TcpStream::connect(address.unwrap()).unwrap();
-    write!(
-        stream,
+    let answer = Served::start(flags).send(&format!(
         "POST /collections/demo/visible HTTP/1.1\r\nhost: x\r\nconnection: close\r\n\
          content-type: application/json\r\ncontent-length: {}\r\n\r\n{BODY}",
         BODY.len()
-    )
-    .unwrap();
-    let mut answer = String::new();
-    let _ = stream.read_to_string(&mut answer);
-    serve.kill().unwrap();
-    serve.wait().unwrap();
+    ));
     answer.split(' ').nth(1).unwrap_or_default().to_owned()
 }
+
+const UPGRADE: &str = "GET /collections/demo/stream HTTP/1.1\r\nhost: x\r\n\
+    connection: upgrade\r\nupgrade: websocket\r\nsec-websocket-version: 13\r\n\
+    sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
 
 #[test]
 fn limits_on_the_command_line_hold() {
     assert_eq!(status(&[]), "200");
     assert_eq!(status(&["--max-answer-objects", "10"]), "413");
     assert_eq!(status(&["--max-body-bytes", "10"]), "413");
+}
+
+#[test]
+fn limits_of_streams_on_the_command_line_hold() {
+    let served = Served::start(&[
+        "--max-streams",
+        "1",
+        "--stream-idle-ms",
+        "1500",
+        "--timeout-ms",
+        "2000",
+    ]);
+    let mut stream = TcpStream::connect(served.address).unwrap();
+    stream.write_all(UPGRADE.as_bytes()).unwrap();
+    let mut first = vec![0; 1];
+    stream.read_exact(&mut first).unwrap();
+    // The only place is taken.
+    let second = served.send(UPGRADE);
+    assert!(second.starts_with("HTTP/1.1 503 "), "{second}");
+    // Nothing is said, so the service ends it: a close frame (0x88) with 1008 (0x03f0).
+    let _ = stream.read_to_end(&mut first);
+    assert!(first.starts_with(b"HTTP/1.1 101 "));
+    let end = memchr::memmem::find(&first, b"\r\n\r\n").unwrap() + 4;
+    assert_eq!(first[end], 0x88);
+    assert_eq!(first[end + 2..end + 4], [0x03, 0xf0]);
+    assert!(String::from_utf8_lossy(&first[end + 4..]).contains("no message for 1.5 s"));
 }

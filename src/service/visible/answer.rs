@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
+use super::feedback::Steered;
 use super::request::Form;
 use super::tail::Tail;
-use crate::frame::Frame;
 use crate::lod::Selection;
 
 /// Header of a binary answer: how many numbers the body has.
@@ -18,6 +18,9 @@ pub const COUNT: header::HeaderName = header::HeaderName::from_static("x-citylod
 pub const REVISION: header::HeaderName = header::HeaderName::from_static("x-citylod-revision");
 /// Header of a binary answer: the bound, pixels; left out when infinite.
 pub const ERROR_PX: header::HeaderName = header::HeaderName::from_static("x-citylod-error-px");
+
+/// Header of a binary answer: what the controller chose, as JSON.
+pub const FEEDBACK: header::HeaderName = header::HeaderName::from_static("x-citylod-feedback");
 
 #[derive(Serialize)]
 struct ObjectItem<'a> {
@@ -37,20 +40,19 @@ fn finite(number: f64) -> Option<f64> {
 /// # Errors
 /// 413 when it would list more than `most` ids, or about as many bytes in another form.
 pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Result<usize, Problem> {
-    let count = selection.count();
+    let count = selection.count() as usize;
     let (listed, what, most) = match form {
-        _ if binary => (count as usize, "numbers", u64::from(most) * 4),
-        Form::Ids => (count as usize, "ids", u64::from(most)),
-        Form::Objects => (count as usize, "objects", u64::from(most) / 10),
-        Form::Ranges => (selection.ranges().len(), "ranges", u64::from(most)),
+        _ if binary => (count, "numbers", u64::from(most) * 4),
+        Form::Ids => (count, "ids", u64::from(most)),
+        Form::Objects => (count, "objects", u64::from(most) / 10),
+        Form::Ranges => {
+            let listed = selection.ranges().len();
+            size_of_ranges(listed, selection, most)?;
+            return Ok(list_len(form, selection));
+        }
     };
-    if listed as u64 > most {
-        let detail = format!(
-            "{count} objects are visible; an answer may list {most} {what}: ask for less detail \
-             (a smaller far_dist_m, a larger max_error_px, a smaller max_objects), as ranges, or with Accept: application/octet-stream"
-        );
-        return Err(Problem::new(Kind::AnswerTooLarge, detail));
-    }
+    let other = ", as ranges, or with Accept: application/octet-stream";
+    within(listed, what, most, selection, other)?;
     Ok(if binary {
         listed * size_of::<u32>()
     } else {
@@ -58,10 +60,34 @@ pub fn size(form: Form, binary: bool, selection: &Selection, most: u32) -> Resul
     })
 }
 
-/// The answer as JSON; `with_pixels` as in [`Tail::of`].
-pub fn json(city: &City, form: Form, frame: &Frame, with_pixels: bool) -> Vec<u8> {
-    let selection = frame.selection();
-    let tail = Tail::of(frame, with_pixels);
+/// Refuses an answer with more than `most` ranges.
+///
+/// # Errors
+/// 413.
+pub fn size_of_ranges(listed: usize, selection: &Selection, most: u32) -> Result<(), Problem> {
+    within(listed, "ranges", u64::from(most), selection, "")
+}
+
+fn within(
+    listed: usize,
+    what: &str,
+    most: u64,
+    selection: &Selection,
+    other: &str,
+) -> Result<(), Problem> {
+    if listed as u64 <= most {
+        return Ok(());
+    }
+    let count = selection.count();
+    let detail = format!(
+        "{count} objects are visible; an answer may list {most} {what}: ask for less detail \
+         (a smaller far_dist_m, a larger max_error_px, a smaller max_objects){other}"
+    );
+    Err(Problem::new(Kind::AnswerTooLarge, detail))
+}
+
+/// The answer as JSON.
+pub fn json(city: &City, form: Form, selection: &Selection, tail: &Tail) -> Vec<u8> {
     let mut out = Vec::with_capacity(city.head().len() + list_len(form, selection) + TAIL);
     out.extend_from_slice(city.head());
     append(&mut out, &selection.count());
@@ -100,13 +126,13 @@ pub fn json(city: &City, form: Form, frame: &Frame, with_pixels: bool) -> Vec<u8
     out.extend_from_slice(b"],");
     // The tail is an object of its own but for its opening brace.
     let at = out.len();
-    append(&mut out, &tail);
+    append(&mut out, tail);
     out.remove(at);
     out
 }
 
 /// Everything but the list, the head and the pixels takes less, whatever the numbers.
-const TAIL: usize = 384;
+const TAIL: usize = 1536;
 
 /// About how long the list becomes.
 fn list_len(form: Form, selection: &Selection) -> usize {
@@ -145,12 +171,23 @@ pub fn response(body: Vec<u8>, media_type: HeaderValue) -> Response {
 }
 
 /// What a binary answer says beside its body.
-pub fn describe(headers: &mut HeaderMap, city: &City, selection: &Selection) {
+pub fn describe(
+    headers: &mut HeaderMap,
+    city: &City,
+    selection: &Selection,
+    steered: Option<&Steered>,
+) {
     headers.insert(COUNT, HeaderValue::from(selection.count()));
     headers.insert(REVISION, city.revision_header().clone());
     if let Some(error_px) = finite(selection.error_px())
         && let Ok(value) = HeaderValue::try_from(error_px.to_string())
     {
         headers.insert(ERROR_PX, value);
+    }
+    if let Some(steered) = steered
+        && let Ok(text) = serde_json::to_string(steered)
+        && let Ok(value) = HeaderValue::try_from(text)
+    {
+        headers.insert(FEEDBACK, value);
     }
 }

@@ -2,8 +2,9 @@
 
 mod answer;
 mod effects;
+mod feedback;
 mod query;
-mod request;
+pub mod request;
 mod resolve;
 mod tail;
 
@@ -15,8 +16,10 @@ use axum::extract::{FromRequestParts, RawQuery, Request, State};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::Response;
 
-pub use answer::{COUNT, REVISION};
+pub use answer::{COUNT, REVISION, size_of_ranges};
+pub use feedback::Feedback;
 pub use query::{Parameter, unknown};
+pub use resolve::{Naming, Resolved};
 pub use tail::Tail;
 
 use super::body;
@@ -24,11 +27,11 @@ use super::documents::make;
 use super::json;
 use super::negotiate::{accepted, json_body};
 use super::problem::Problem;
-use super::routes::{SceneName, Shared};
+use super::routes::SceneName;
 use super::scenes::City;
+use super::shared::Shared;
 use crate::frame::{Culling, Frame};
 use request::Body;
-use resolve::Naming;
 
 const JSON: &str = "application/json";
 const BINARY: &str = "application/octet-stream";
@@ -45,16 +48,16 @@ pub async fn post(
 ) -> Result<Response, Problem> {
     let (mut parts, body) = request.into_parts();
     let city = if let Some(name) = plain_name(parts.uri.path()) {
-        shared.scenes().get(name)?
+        shared.city(name)?
     } else {
         let SceneName(name) = SceneName::from_request_parts(&mut parts, &shared).await?;
-        shared.scenes().get(&name)?
+        shared.city(&name)?
     };
     json_body(&parts.headers)?;
     let form = accepted(&parts.headers, &[JSON, BINARY])?;
-    let bytes = body::read(&parts.headers, body, shared.max_body_bytes()).await?;
+    let bytes = body::read(&parts.headers, body, shared.config().max_body_bytes).await?;
     let Body(request) = json::read(&bytes)?;
-    respond(&shared, city, &request, Naming::Pointer, form == BINARY)
+    respond(&shared, &city, &request, Naming::Pointer, form == BINARY)
 }
 
 /// `GET`: the request is in the query.
@@ -64,10 +67,10 @@ pub async fn get(
     RawQuery(query): RawQuery,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let city = shared.scenes().get(&name)?;
+    let city = shared.city(&name)?;
     let form = accepted(&headers, &[JSON, BINARY])?;
     let request = query::read(&query.unwrap_or_default())?;
-    respond(&shared, city, &request, Naming::Parameter, form == BINARY)
+    respond(&shared, &city, &request, Naming::Parameter, form == BINARY)
 }
 
 /// The scene of an address, where it is written without escapes: nothing needs to be allocated.
@@ -85,33 +88,48 @@ fn respond(
     naming: Naming,
     binary: bool,
 ) -> Result<Response, Problem> {
-    let (view, lod, active) = request.resolve(city.tree().effects(), naming)?;
+    let mut asked = request.resolve(city.tree().effects(), naming)?;
     if binary {
         request.output.check_binary(naming)?;
     }
     request.check_pixels(binary, naming)?;
+    let steered = match &request.feedback {
+        Some(feedback) => {
+            let (lod, steered) = feedback.steer(&asked.lod, naming)?;
+            asked.lod = lod;
+            Some(steered)
+        }
+        None => None,
+    };
+    with_frame(city, &asked, |frame| {
+        let (selection, form) = (frame.selection(), request.output.form);
+        let size = answer::size(form, binary, selection, shared.config().max_answer_objects)?;
+        Ok(if binary {
+            let body = make(size, || answer::numbers(selection));
+            let mut response = answer::response(body, HeaderValue::from_static(BINARY));
+            answer::describe(response.headers_mut(), city, selection, steered.as_ref());
+            response
+        } else {
+            let tail = Tail::of(frame, request.effects.visible_pixels());
+            let tail = tail.with_feedback(steered.as_ref());
+            let body = make(size, || answer::json(city, form, selection, &tail));
+            answer::response(body, HeaderValue::from_static(JSON))
+        })
+    })
+}
+
+/// Works out what to draw and makes something of it.
+pub fn with_frame<T>(city: &City, asked: &Resolved, then: impl FnOnce(&Frame) -> T) -> T {
+    let Resolved { view, lod, active } = asked;
     let mut frame = FRAME.take();
     let start = Instant::now();
-    let mut work = || frame.work_out(city.tree(), &view, &lod, &active, || start.elapsed());
+    let mut work = || frame.work_out(city.tree(), view, lod, active, || start.elapsed());
     if active.occlusion.is_some() || active.culling == Culling::Exact {
         make(usize::MAX, work); // as long as there are objects
     } else {
         work();
     }
-    let (selection, form) = (frame.selection(), request.output.form);
-    let size = answer::size(form, binary, selection, shared.max_answer_objects());
-    let response = size.map(|size| {
-        if binary {
-            let body = make(size, || answer::numbers(selection));
-            let mut response = answer::response(body, HeaderValue::from_static(BINARY));
-            answer::describe(response.headers_mut(), city, selection);
-            response
-        } else {
-            let with_pixels = request.effects.visible_pixels();
-            let body = make(size, || answer::json(city, form, &frame, with_pixels));
-            answer::response(body, HeaderValue::from_static(JSON))
-        }
-    });
+    let made = then(&frame);
     FRAME.set(frame);
-    response
+    made
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::super::json::{List, Whole};
 use super::super::problem::{Kind, Problem};
 use super::effects::Effects;
+use super::feedback::{self, Feedback};
 use super::request::{
     BEYOND_NAMES, BEYOND_VALUES, CULLING_NAMES, CULLING_VALUES, Camera, Form, Lod, Mode, Output,
     Request,
@@ -19,6 +20,7 @@ pub fn read(query: &str) -> Result<Request, Problem> {
     let mut lod = Lod::default();
     let mut output = Output::default();
     let mut effects = Effects::default();
+    let mut feedback: Option<Feedback> = None;
     let mut seen: Vec<Cow<'_, str>> = Vec::new();
     for (name, text) in form_urlencoded::parse(query.as_bytes()) {
         let parameter = Parameter {
@@ -46,6 +48,7 @@ pub fn read(query: &str) -> Result<Request, Problem> {
             "max_objects" => lod.max_objects = Some(parameter.whole(&text)?),
             "culling" => lod.culling = parameter.word(&CULLING_NAMES, &CULLING_VALUES)?,
             "form" => output.form = parameter.word(&Form::NAMES, &Form::VALUES)?,
+            _ if feedback::take(&mut feedback, &parameter)? => {}
             _ if effects.take(&parameter)? => {}
             _ => return Err(unknown(&name)),
         }
@@ -58,10 +61,15 @@ pub fn read(query: &str) -> Result<Request, Problem> {
         let detail = "missing: where the view is seen from, eye=x,y,z";
         return Err(Problem::new(Kind::InvalidRequest, detail).at("eye"));
     }
+    if feedback.is_some() && !seen.iter().any(|name| name == "target_ms") {
+        let detail = "missing: the frame time to hold, ms";
+        return Err(Problem::new(Kind::ImpossibleValue, detail).at("target_ms"));
+    }
     Ok(Request {
         camera,
         lod,
         effects,
+        feedback,
         output,
     })
 }

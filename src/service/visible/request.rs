@@ -4,7 +4,8 @@
 use serde::{Deserialize, Deserializer};
 
 use super::super::json::{List, Whole, given, keyword, object};
-use super::effects::Effects;
+pub use super::effects::Effects;
+use super::feedback::Feedback;
 use crate::frame::Culling;
 use crate::lod::Beyond;
 
@@ -18,8 +19,14 @@ pub struct Request {
     pub lod: Lod,
     #[serde(default)]
     pub effects: Effects,
+    #[serde(default, deserialize_with = "feedback")]
+    pub feedback: Option<Feedback>,
     #[serde(default, deserialize_with = "object")]
     pub output: Output,
+}
+
+fn feedback<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Feedback>, D::Error> {
+    object(source).map(Some)
 }
 
 /// A request as a JSON object.

@@ -8,6 +8,15 @@ use crate::geom::{DMat4, DQuat, DVec3, DepthRange, Orientation, Projection, View
 use crate::lod::{self, BudgetLod, ErrorLod, LodError, RangeLod};
 use crate::scene;
 
+/// A frame to work out: values that can be.
+#[derive(Debug, Clone)]
+pub struct Resolved {
+    pub view: View,
+    pub lod: lod::Lod,
+    /// Of the effects that the scene declares, those of the frame.
+    pub active: Active,
+}
+
 /// How members are named in problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Naming {
@@ -43,18 +52,14 @@ impl Request {
     /// # Errors
     /// 422 for alternatives that exclude each other or are all missing, and for values that
     /// cannot be.
-    pub fn resolve(
-        &self,
-        declared: &scene::Effects,
-        naming: Naming,
-    ) -> Result<(View, lod::Lod, Active), Problem> {
+    pub fn resolve(&self, declared: &scene::Effects, naming: Naming) -> Result<Resolved, Problem> {
         let view = self.camera.view(naming)?;
         let lod = self.lod.knobs(naming)?;
         let active = Active {
             culling: self.lod.culling,
             ..self.effects.active(declared, naming)?
         };
-        Ok((view, lod, active))
+        Ok(Resolved { view, lod, active })
     }
 }
 

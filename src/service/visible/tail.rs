@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use serde::{Serialize, Serializer};
 
+use super::feedback::Steered;
 use crate::frame::{Frame, Ran};
 use crate::lod::Lod;
 
@@ -13,6 +14,8 @@ use crate::lod::Lod;
 pub struct Tail<'a> {
     lod: LodTail,
     effects: EffectsTail<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    feedback: Option<&'a Steered>,
     stats: StatsTail,
 }
 
@@ -101,12 +104,21 @@ impl<'a> Tail<'a> {
                     visible_pixels: with_pixels.then(|| Pixels(frame.visible_pixels())),
                 }),
             },
+            feedback: None,
             stats: StatsTail {
                 nodes_visited: selection.stats().nodes_visited,
                 objects_tested: selection.stats().objects_tested,
                 retrieve_us: us(frame.retrieval()),
             },
         }
+    }
+}
+
+impl<'a> Tail<'a> {
+    /// The same with what the controller chose.
+    #[must_use]
+    pub fn with_feedback(self, feedback: Option<&'a Steered>) -> Self {
+        Self { feedback, ..self }
     }
 }
 

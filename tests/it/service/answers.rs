@@ -470,6 +470,8 @@ fn every_link_leads_somewhere() {
         let reply = service.get(&path);
         if path.ends_with("/visible") {
             reply.problem(400); // it needs a camera
+        } else if path.ends_with("/stream") {
+            reply.problem(426); // it needs a WebSocket
         } else {
             assert_eq!(reply.status, 200, "{path}");
         }

@@ -4,6 +4,7 @@ use citylod::service::{OPENAPI, ROUTES};
 use serde_json::Value;
 
 use super::server::Running;
+use super::stream_client::Client;
 
 fn description() -> Value {
     serde_saphyr::from_str(OPENAPI).unwrap()
@@ -120,4 +121,44 @@ fn every_example_in_the_description_works() {
         }
     }
     assert!(tried >= 9, "{tried} examples");
+}
+
+#[test]
+fn every_message_in_the_description_works_and_its_answer_has_the_members_described() {
+    let service = Running::new();
+    let description = description();
+    let schemas = &description["components"]["schemas"];
+    let members = |schema: &str, part: &str| -> BTreeSet<String> {
+        match &schemas[schema][part] {
+            Value::Array(names) => names
+                .iter()
+                .map(|name| name.as_str().unwrap().to_owned())
+                .collect(),
+            properties => properties.as_object().unwrap().keys().cloned().collect(),
+        }
+    };
+    let named = |document: &Value| -> BTreeSet<String> {
+        document.as_object().unwrap().keys().cloned().collect()
+    };
+    let mut client = Client::open(&service, "demo");
+    let examples = schemas["StreamMessage"]["examples"].as_array().unwrap();
+    assert!(examples.len() >= 4);
+    let (required, known) = (
+        members("StreamAnswer", "required"),
+        members("StreamAnswer", "properties"),
+    );
+    for example in examples {
+        client.send_text(&example.to_string());
+        let answer = client.receive();
+        assert_eq!(answer["seq"], example["seq"], "{answer}");
+        assert!(named(&answer).is_superset(&required), "{answer}");
+        assert!(named(&answer).is_subset(&known), "{answer}");
+        assert!(
+            answer["count"].as_u64() > Some(0),
+            "{example} shows nothing"
+        );
+    }
+    client.send_text("{}");
+    let refusal = named(&client.receive());
+    assert_eq!(refusal, members("StreamRefusal", "required"));
 }

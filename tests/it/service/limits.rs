@@ -246,7 +246,12 @@ fn an_address_that_is_taken_is_named() {
     };
     let runtime = tokio::runtime::Runtime::new().unwrap();
     let scenes = citylod::service::Scenes::new();
-    let refused = runtime.block_on(citylod::service::serve(config, scenes, |_| ()));
+    let refused = runtime.block_on(citylod::service::serve(
+        config,
+        scenes,
+        || Ok(citylod::service::Scenes::new()),
+        |_| (),
+    ));
     let text = refused.unwrap_err().to_string();
     assert!(text.contains(&service.address.to_string()), "{text}");
 }

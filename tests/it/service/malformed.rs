@@ -181,9 +181,9 @@ const BODIES: &[(&str, u16, &str)] = &[
         "/lod/a~1b~0",
     ),
     (
-        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"feedback":{"target_ms":16}}"#,
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"feedback":{"target":16}}"#,
         400,
-        "/feedback",
+        "/feedback/target",
     ),
     (
         r#"{"camera":{"eye":[0,-9,1],"eye":[0,0,2],"target":[0,0,0]}}"#,

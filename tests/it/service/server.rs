@@ -1,13 +1,14 @@
 use std::fmt::Write as _;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use citylod::geom::{Aabb, DVec3};
 use citylod::index::{self, LodTree, Promotion};
 use citylod::scene::{CityParams, Scene, SceneObject, generate};
-use citylod::service::{Config, Scenes, Server, router};
+use citylod::service::{Config, Scenes, Server, Shared, router};
 use serde_json::Value;
 use serde_json::value::RawValue;
 use tokio::sync::oneshot;
@@ -25,6 +26,7 @@ pub const ODD_IDS: [&str; 6] = [
 /// A service of its own, stopped when dropped.
 pub struct Running {
     pub address: SocketAddr,
+    pub shared: Arc<Shared>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -49,7 +51,9 @@ impl Running {
             listen: ([127, 0, 0, 1], 0).into(),
             ..config
         };
-        let app = extend(router(scenes, &config));
+        let shared = Shared::new(scenes, &config);
+        let app = extend(router(Arc::clone(&shared)));
+        let served = Arc::clone(&shared);
         let (stop, stopped) = oneshot::channel::<()>();
         let (tell, told) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
@@ -59,7 +63,7 @@ impl Running {
                 .build()
                 .unwrap();
             runtime.block_on(async {
-                let server = Server::bind(config, app).await.unwrap();
+                let server = Server::bind(served, app).await.unwrap();
                 tell.send(server.address()).unwrap();
                 server
                     .run(async {
@@ -70,6 +74,7 @@ impl Running {
         });
         Self {
             address: told.recv().unwrap(),
+            shared,
             stop: Some(stop),
             thread: Some(thread),
         }

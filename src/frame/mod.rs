@@ -1,11 +1,16 @@
-//! One frame: a view and knobs → what to draw.
+//! One frame: a view and knobs → what to draw; and from the time that it takes, the knobs of the
+//! next ([`Feedback`]).
 //!
 //! knobs → motion → view → haze → [`lod::select`] → haze → occlusion → [`Frame::selection`]. An
 //! effect that is not active is a branch not taken.
 //!
 //! Reads no clock: durations come in through an argument.
 
+mod feedback;
+
 use std::time::Duration;
+
+pub use feedback::Feedback;
 
 use crate::effects::occlusion::Occluder;
 use crate::effects::{haze, motion};

@@ -1,0 +1,108 @@
+//! Why a stream ends, and what the client is told of it.
+
+use std::time::Duration;
+
+use tokio_tungstenite::tungstenite::Error;
+use tokio_tungstenite::tungstenite::protocol::CloseFrame;
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+
+use super::super::config::Config;
+
+/// Why a stream ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The client said goodbye.
+    Left,
+    /// The connection broke.
+    Broken,
+    /// The service stops.
+    Stopping,
+    /// The scene is not served any more.
+    SceneGone,
+    /// No message for too long.
+    Idle,
+    /// The client does not take what is sent to it.
+    Unread,
+    /// A message is too long.
+    TooLong,
+    /// A message is not text.
+    NotText,
+    /// A message is not UTF-8.
+    NotUtf8,
+    /// What arrives is not a WebSocket's.
+    Garbage,
+}
+
+impl End {
+    /// How each is called where ends are counted, in the order of the variants.
+    pub const LABELS: [&'static str; 10] = [
+        "left",
+        "broken",
+        "stopping",
+        "scene_gone",
+        "idle",
+        "unread",
+        "too_long",
+        "not_text",
+        "not_utf8",
+        "garbage",
+    ];
+
+    /// How it is called where ends are counted.
+    pub fn label(self) -> &'static str {
+        Self::LABELS[self as usize]
+    }
+
+    /// What a failed read or write means.
+    pub fn of(error: &Error) -> Self {
+        match error {
+            Error::Capacity(_) => Self::TooLong,
+            Error::Utf8(_) => Self::NotUtf8,
+            Error::Protocol(
+                tokio_tungstenite::tungstenite::error::ProtocolError::ResetWithoutClosingHandshake,
+            ) => Self::Broken,
+            Error::Protocol(_) | Error::AttackAttempt => Self::Garbage,
+            Error::Io(io) if io.kind() == std::io::ErrorKind::TimedOut => Self::Unread,
+            Error::ConnectionClosed | Error::AlreadyClosed => Self::Left,
+            _ => Self::Broken,
+        }
+    }
+
+    /// What the client is told; `None` where there is nobody to tell.
+    pub fn frame(self, config: &Config) -> Option<CloseFrame> {
+        let seconds = |limit: Duration| limit.as_secs_f64();
+        let (code, reason) = match self {
+            Self::Left | Self::Broken => return None,
+            Self::Stopping => (CloseCode::Away, "the service stops".to_owned()),
+            Self::SceneGone => (CloseCode::Away, "the scene is no longer served".to_owned()),
+            Self::Idle => {
+                let limit = seconds(config.stream_idle);
+                let reason = format!("no message for {limit} s (option --stream-idle-ms)");
+                (CloseCode::Policy, reason)
+            }
+            Self::Unread => {
+                let limit = seconds(config.timeout);
+                let reason = format!("answers were not read for {limit} s (option --timeout-ms)");
+                (CloseCode::Policy, reason)
+            }
+            Self::TooLong => {
+                let most = config.max_body_bytes;
+                let reason = format!("a message may have {most} bytes (option --max-body-bytes)");
+                (CloseCode::Size, reason)
+            }
+            Self::NotText => (
+                CloseCode::Unsupported,
+                "messages are text frames of JSON".to_owned(),
+            ),
+            Self::NotUtf8 => (CloseCode::Invalid, "text must be UTF-8".to_owned()),
+            Self::Garbage => (
+                CloseCode::Protocol,
+                "this is not how WebSockets talk (RFC 6455)".to_owned(),
+            ),
+        };
+        Some(CloseFrame {
+            code,
+            reason: reason.into(),
+        })
+    }
+}

@@ -1,0 +1,114 @@
+use std::path::Path;
+
+use citylod::index::{self, LodTree, Promotion};
+use citylod::scene::{CityParams, generate};
+use serde_json::Value;
+
+use crate::served::Served;
+
+fn city(seed: u64) -> LodTree {
+    let scene = generate(&CityParams {
+        objects: 1_000,
+        seed,
+    });
+    index::build(&scene, Promotion::Tallest).unwrap()
+}
+
+fn revision(served: &Served) -> String {
+    let answer = served.get("/collections/town");
+    let (_, body) = answer.split_once("\r\n\r\n").unwrap();
+    let document: Value = serde_json::from_str(body).unwrap();
+    document["revision"].as_str().unwrap().to_owned()
+}
+
+fn words(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+#[cfg(unix)]
+fn a_hangup_serves_the_files_as_they_are_now_and_keeps_the_old_where_they_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.citylod");
+    city(1).save(&path).unwrap();
+    let served = Served::start(&[words(&path)]);
+    assert_eq!(revision(&served), city(1).revision());
+    city(2).save(&path).unwrap();
+    assert_eq!(revision(&served), city(1).revision(), "not by itself");
+    served.signal("-HUP");
+    let line = served.line_with("scenes were read again");
+    assert!(line.contains("changed=1"), "{line}");
+    assert_eq!(revision(&served), city(2).revision());
+    // A new file takes the place of the old one, which is mapped: it must not be written into.
+    let broken = folder.path().join("broken");
+    std::fs::write(&broken, b"no city").unwrap();
+    std::fs::rename(&broken, &path).unwrap();
+    served.signal("-HUP");
+    let line = served.line_with("could not be read again");
+    assert!(line.contains("town.citylod"), "{line}");
+    assert_eq!(revision(&served), city(2).revision());
+    let metrics = served.get("/metrics");
+    for line in [
+        "citylod_scene_reloads_total{result=\"ok\"} 1\n",
+        "citylod_scene_reloads_total{result=\"failed\"} 1\n",
+    ] {
+        assert!(metrics.contains(line), "{metrics}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_service_killed_under_load_starts_again_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.citylod");
+    city(3).save(&path).unwrap();
+    let mut served = Served::start(&[words(&path)]);
+    for _ in 0..3 {
+        let address = served.address;
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(move || {
+                    use std::io::{Read, Write};
+                    let request = "GET /collections/town/visible?eye=0,-500,100&target=0,0,0 \
+                                   HTTP/1.1\r\nhost: x\r\n\r\n";
+                    let mut stream = std::net::TcpStream::connect(address).unwrap();
+                    let mut buffer = [0; 4096];
+                    while stream.write_all(request.as_bytes()).is_ok()
+                        && matches!(stream.read(&mut buffer), Ok(1..))
+                    {}
+                });
+            }
+            std::thread::sleep(std::time::Duration::from_millis(100));
+            served.signal("-KILL");
+        });
+        served.wait();
+        served = Served::start_at(&address.to_string(), &[words(&path)]);
+        assert_eq!(served.address, address);
+        assert_eq!(revision(&served), city(3).revision());
+    }
+    served.signal("-TERM");
+    assert_eq!(served.wait(), Some(0));
+}
+
+#[test]
+fn the_log_is_one_json_object_a_line_with_the_name_of_the_request() {
+    let served = Served::start(&["--log-format", "json"]);
+    served.send(
+        "GET /nowhere HTTP/1.1\r\nhost: x\r\nx-request-id: who-42\r\nconnection: close\r\n\r\n",
+    );
+    let line: Value = serde_json::from_str(&served.line_with("who-42")).unwrap();
+    for (member, value) in [
+        ("level", "INFO".into()),
+        ("message", "request refused".into()),
+        ("request_id", "who-42".into()),
+        ("method", "GET".into()),
+        ("path", "/nowhere".into()),
+        ("status", Value::from(404)),
+    ] {
+        assert_eq!(line[member], value, "{line}");
+    }
+    assert!(
+        line["took_us"].is_u64() && line["timestamp"].is_string(),
+        "{line}"
+    );
+}
