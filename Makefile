@@ -9,6 +9,14 @@ run: viewer # serves the built-in demo city
 test: viewer .venv/schemathesis-$(SCHEMATHESIS)
 	cargo test --tests --examples
 	cargo test --doc
+	@if ! command -v npm >/dev/null; then \
+		echo "SKIPPED: the browser test needs Node.js 20.19 or newer"; exit 0; \
+	fi; \
+	if ! command -v chromium >/dev/null && [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		apt-get -qq update && apt-get -qq install -y --no-install-recommends chromium >/dev/null; \
+	fi; \
+	command -v chromium >/dev/null || echo "SKIPPED: the browser test needs Chromium"; \
+	cd viewer && npm test --silent
 
 # Without Node.js the service shows a page without pictures at /, which says so.
 viewer:
