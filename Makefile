@@ -1,14 +1,30 @@
 # The version the API test is written against.
 SCHEMATHESIS := 4.32.5
 
-.PHONY: run test bench soak
+.PHONY: run test viewer bench soak
 
-run: # serves the built-in demo city
+run: viewer # serves the built-in demo city
 	cargo run --release -- serve
 
-test: .venv/schemathesis-$(SCHEMATHESIS)
+test: viewer .venv/schemathesis-$(SCHEMATHESIS)
 	cargo test --tests --examples
 	cargo test --doc
+	@if ! command -v npm >/dev/null; then \
+		echo "SKIPPED: the browser test needs Node.js 20.19 or newer"; exit 0; \
+	fi; \
+	if ! command -v chromium >/dev/null && [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		apt-get -qq update && apt-get -qq install -y --no-install-recommends chromium >/dev/null; \
+	fi; \
+	command -v chromium >/dev/null || echo "SKIPPED: the browser test needs Chromium"; \
+	cd viewer && npm test --silent
+
+# Without Node.js the service shows a page without pictures at /, which says so.
+viewer:
+	@if ! command -v npm >/dev/null; then \
+		echo "SKIPPED: the viewer needs Node.js 20.19 or newer"; \
+	else \
+		cd viewer && npm ci --silent --no-audit --no-fund && npm run --silent build; \
+	fi
 
 # Streams, queries and reloads for half an hour, then a kill; SOAK="--seconds 300" for less.
 soak:

@@ -1,19 +1,62 @@
-//! `/collections/{scene}/items/{id}`: everything known of one object.
+//! `/collections/{scene}/items`: what the objects are called, and everything known of one.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use axum::extract::State;
+use axum::extract::{RawQuery, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde::Serialize;
 use serde_json::value::RawValue;
 
-use super::documents::{Link, cached, json};
+use super::documents::{Link, cached, json, make};
 use super::negotiate::accepted;
 use super::problem::{Kind, Problem};
-use super::routes::ItemName;
+use super::routes::{ItemName, SceneName};
 use super::scenes::segment;
 use super::shared::Shared;
+use super::span::Span;
+
+/// Most objects in one list: about 1 MB.
+pub const MOST_ITEMS: u32 = 50_000;
+
+/// Length of an object in the list, bytes, about.
+const ITEM: usize = 20;
+
+/// Column by column: what a viewer wants to know of all that it draws.
+#[derive(Serialize)]
+struct Items<'a> {
+    start: u32,
+    ids: Vec<Cow<'a, str>>,
+    classes: Vec<usize>,
+}
+
+/// `GET` of the list: ids and classes of objects `start .. end`.
+pub async fn items(
+    State(shared): State<Arc<Shared>>,
+    SceneName(name): SceneName,
+    RawQuery(query): RawQuery,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let city = shared.city(&name)?;
+    accepted(&headers, &["application/json"])?;
+    let span = Span::read(&city, &query.unwrap_or_default(), MOST_ITEMS)?;
+    let tree = city.tree();
+    let mut response = cached(&headers, city.etag(), || {
+        make(span.range.len() * ITEM, || {
+            let objects = || span.range.clone();
+            json(&Items {
+                start: span.range.start,
+                ids: objects().filter_map(|object| tree.id(object)).collect(),
+                classes: objects()
+                    .filter_map(|object| tree.class_number(object))
+                    .collect(),
+            })
+        })
+    });
+    span.describe(&city, &mut response);
+    Ok(response)
+}
 
 #[derive(Serialize)]
 struct Item<'a> {

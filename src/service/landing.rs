@@ -1,4 +1,4 @@
-//! The way in: `/`, `/api`, `/conformance`, `/health`.
+//! The way in: `/`, `/about`, `/api`, `/conformance`, `/health`.
 
 use std::sync::Arc;
 
@@ -9,9 +9,10 @@ use serde::Serialize;
 
 use super::documents::{Link, json};
 use super::negotiate::accepted;
+use super::page::Viewer;
 use super::problem::Problem;
 use super::shared::Shared;
-use super::{OPENAPI, page};
+use super::{OPENAPI, page, viewer};
 
 /// What OGC API documents call an `OpenAPI` description.
 const OPENAPI_YAML: &str = "application/vnd.oai.openapi";
@@ -20,31 +21,52 @@ const OPENAPI_YAML: &str = "application/vnd.oai.openapi";
 struct Landing<'a> {
     title: &'static str,
     description: &'static str,
-    links: [Link<'a>; 5],
+    links: [Link<'a>; 6],
 }
 
-/// `GET /`: a page for browsers, a document for programs.
+/// `GET /`: the viewer for browsers, a document for programs.
 pub async fn landing(
     State(shared): State<Arc<Shared>>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     if accepted(&headers, &["application/json", "text/html"])? == "text/html" {
-        let host = headers.get(header::HOST).and_then(|h| h.to_str().ok());
-        let html = HeaderValue::from_static("text/html; charset=utf-8");
-        let page = page::render(&shared.scenes(), host.unwrap_or("127.0.0.1:8080"));
-        return Ok(([(header::CONTENT_TYPE, html)], page).into_response());
+        let viewer = viewer::page(&headers);
+        return Ok(viewer.unwrap_or_else(|| page(&shared, &headers, Viewer::Missing)));
     }
     Ok(json(&Landing {
         title: "citylod",
         description: "Which objects of a 3D city to draw for a camera, at what detail, and how wrong the answer is.",
         links: [
             Link::json("self", "/", "this document"),
-            Link::new("alternate", "/", "text/html", "this document as a page"),
+            Link::new("alternate", "/", "text/html", "the scenes to fly through"),
+            Link::new(
+                "service-doc",
+                "/about",
+                "text/html",
+                "the service explained",
+            ),
             Link::new("service-desc", "/api", OPENAPI_YAML, "the API"),
             Link::json("conformance", "/conformance", "what it conforms to"),
             Link::json("data", "/collections", "the scenes"),
         ],
     }))
+}
+
+/// `GET /about`: the page that explains the service.
+pub async fn about(
+    State(shared): State<Arc<Shared>>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    accepted(&headers, &["text/html"])?;
+    let there = viewer::page(&headers).map_or(Viewer::Missing, |_| Viewer::There);
+    Ok(page(&shared, &headers, there))
+}
+
+fn page(shared: &Shared, headers: &HeaderMap, viewer: Viewer) -> Response {
+    let host = headers.get(header::HOST).and_then(|h| h.to_str().ok());
+    let html = HeaderValue::from_static("text/html; charset=utf-8");
+    let page = page::render(&shared.scenes(), host.unwrap_or("127.0.0.1:8080"), viewer);
+    ([(header::CONTENT_TYPE, html)], page).into_response()
 }
 
 /// `GET /api`.

@@ -29,7 +29,9 @@ mod scenes;
 mod server;
 mod shared;
 mod signals;
+mod span;
 mod stream;
+mod viewer;
 mod visible;
 
 use std::fmt::Write as _;

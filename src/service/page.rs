@@ -1,4 +1,4 @@
-//! The page at `/`, filled in from `page.html`.
+//! The page at `/about`, filled in from `page.html`.
 
 use std::fmt::Write as _;
 
@@ -9,8 +9,17 @@ use super::scenes::{City, Scenes};
 
 const TEMPLATE: &str = include_str!("page.html");
 
+/// Whether this build has the viewer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Viewer {
+    /// At `/`.
+    There,
+    /// Built without Node.js.
+    Missing,
+}
+
 /// The page for these scenes; `host` is how the reader reaches the service.
-pub fn render(scenes: &Scenes, host: &str) -> String {
+pub fn render(scenes: &Scenes, host: &str, viewer: Viewer) -> String {
     let cards: String = scenes.iter().map(|city| card(city)).collect();
     let cards = if scenes.is_empty() {
         "<p>No scene is being served.</p>".to_owned()
@@ -22,7 +31,20 @@ pub fn render(scenes: &Scenes, host: &str) -> String {
         || format!("curl -s {base}/collections"),
         |city| curl(&base, &city.path(), &city.example_request()),
     );
+    let notice = match viewer {
+        Viewer::There => "",
+        Viewer::Missing => {
+            "<p class=\"notice\">This build has no viewer: Node.js was not at hand when it was made. \
+             <code>make run</code> with Node.js 20.19 or newer builds it, and shows the city here.</p>"
+        }
+    };
+    let fly = match viewer {
+        Viewer::There => "<a href=\"/\">Fly through the city</a>",
+        Viewer::Missing => "",
+    };
     TEMPLATE
+        .replace("{{notice}}", notice)
+        .replace("{{fly}}", fly)
         .replace("{{cards}}", &cards)
         .replace("{{curl}}", &escape(&command))
         .replace("{{routes}}", &routes())

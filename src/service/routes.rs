@@ -12,7 +12,7 @@ use axum::routing::{MethodFilter, MethodRouter, on};
 
 use super::problem::{Kind, Problem};
 use super::shared::Shared;
-use super::{boxes, collections, items, landing, metrics, stream, visible};
+use super::{boxes, collections, items, landing, metrics, stream, viewer, visible};
 
 /// A method of HTTP that the service uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +65,9 @@ macro_rules! route {
 
 /// Every operation of the service.
 pub const ROUTES: &[Route] = &[
-    route!(Get "/" landing::landing, "this page, or links for programs"),
+    route!(Get "/" landing::landing, "the viewer, or links for programs"),
+    route!(Get "/about" landing::about, "this page"),
+    route!(Get "/assets/{file}" viewer::asset, "parts of the viewer"),
     route!(Get "/api" landing::api, "the API as OpenAPI"),
     route!(Get "/conformance" landing::conformance, "the standards it follows"),
     route!(Get "/health" landing::health, "whether it is up"),
@@ -74,6 +76,7 @@ pub const ROUTES: &[Route] = &[
     route!(Get "/collections/{scene}" collections::one, "one scene: extent, counts, levels, classes"),
     route!(Get "/collections/{scene}/visible" visible::get, "what to draw for a camera given in the query"),
     route!(Post "/collections/{scene}/visible" visible::post, "what to draw for a camera given as JSON"),
+    route!(Get "/collections/{scene}/items" items::items, "ids and classes of objects in bulk"),
     route!(Get "/collections/{scene}/stream" stream::get, "what comes and what goes as the camera moves, by WebSocket"),
     route!(Get "/collections/{scene}/items/{id}" items::item, "one object with its attributes"),
     route!(Get "/collections/{scene}/boxes" boxes::boxes, "boxes of objects in bulk, binary"),
@@ -135,6 +138,19 @@ impl FromRequestParts<Arc<Shared>> for ItemName {
         let path = Path::<(String, String)>::from_request_parts(parts, shared).await;
         path.map(|Path((scene, id))| Self { scene, id })
             .map_err(malformed)
+    }
+}
+
+/// The path parameter `file`, percent-decoded.
+#[derive(Debug)]
+pub struct FileName(pub String);
+
+impl FromRequestParts<Arc<Shared>> for FileName {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, shared: &Arc<Shared>) -> Result<Self, Problem> {
+        let path = Path::<String>::from_request_parts(parts, shared).await;
+        path.map(|Path(file)| Self(file)).map_err(malformed)
     }
 }
 

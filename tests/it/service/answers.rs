@@ -337,6 +337,7 @@ fn what_does_not_change_is_not_sent_twice() {
     for path in [
         "/collections/demo",
         "/collections/demo/boxes",
+        "/collections/demo/items",
         "/collections/demo/plan.svg",
     ] {
         let first = service.get(path);
@@ -487,8 +488,7 @@ fn links(document: &Value, found: &mut Vec<String>) {
 #[test]
 fn the_page_shows_every_scene_and_links_only_to_what_there_is() {
     let service = Running::new();
-    let reply = service.send("GET", "/", &[("Accept", "text/html")], b"");
-    let page = String::from_utf8(reply.body).unwrap();
+    let page = String::from_utf8(service.get("/about").body).unwrap();
     assert!(page.contains("3,000"), "objects of demo");
     assert!(page.contains("odd ö"));
     assert!(page.contains("curl -s http://localhost/collections/demo/visible"));

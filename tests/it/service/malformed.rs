@@ -445,8 +445,10 @@ fn malformed_requests_name_the_member_at_fault() {
         ("start=1&start=2", 400, "start"),
         ("from=1", 400, "from"),
     ] {
-        let path = format!("/collections/demo/boxes?{query}");
-        check(query, service.get(&path), status, parameter);
+        for what in ["boxes", "items"] {
+            let path = format!("/collections/demo/{what}?{query}");
+            check(query, service.get(&path), status, parameter);
+        }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     // After all that it still answers.
@@ -495,8 +497,8 @@ fn addresses_that_lead_nowhere_get_problem_documents() {
         "/nowhere",
         "/collections/",
         "/collections/demo/",
-        "/collections/demo/items",
         "/collections/demo/items/",
+        "/collections/atlantis/items",
         "/collections/atlantis",
         "/collections/atlantis/boxes",
         "/collections/atlantis/plan.svg",

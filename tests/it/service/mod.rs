@@ -26,3 +26,5 @@ mod stream_client;
 mod stream_ends;
 /// Streams whose scene is replaced.
 mod stream_scenes;
+/// The viewer and what it is given beside the answers.
+mod viewer;

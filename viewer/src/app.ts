@@ -1,0 +1,366 @@
+/** The page at work: a frame after the other, from the hand to the picture. */
+
+import { type Answer, type Ask, at, type Collection, type Feedback, type Item, json, type Problem } from './api';
+import { City } from './city';
+import * as hash from './hash';
+import { effects, type Knobs, KNOBS, lod } from './knobs';
+import { Panel } from './panel';
+import { Picked } from './panel/picked';
+import { Rig, type Way } from './rig';
+import { Input } from './rig/input';
+import { FOV_Y, forward, type Pose, Stage } from './stage';
+import type { Sample } from './stage/timing';
+import { tour } from './tour';
+import { why } from './why';
+
+/** Frames are drawn for so long after the last thing that happened, ms. */
+const AWAKE = 1500;
+
+/** Figures are written so often, ms. */
+const FIGURES = 160;
+
+export interface Surroundings {
+  canvas: HTMLCanvasElement;
+  panel: Panel;
+  picked: Picked;
+  /** Tells the user something for a while. */
+  toast(text: string): void;
+  /** The state that buttons show. */
+  buttons(state: { way: Way; frozen: boolean; touring: boolean }): void;
+  /** Another city is shown. */
+  opened(collection: Collection): void;
+  /** Another city is wanted: the one served under this name. */
+  reload(scene: string): void;
+  night(): boolean;
+}
+
+export class App {
+  knobs: Knobs = KNOBS;
+  city: City | undefined;
+  /** Steers instead of the user: the pose after so many seconds, or frames in a test. */
+  pilot: ((seconds: number, frame: number) => Pose) | undefined;
+  /** Called with each frame; the next waits for what it promises. */
+  onframe: ((frame: number) => Promise<void> | void) | undefined;
+  readonly rig = new Rig({ level: 0, extent: 1000, blocked: () => false });
+  readonly stage: Stage;
+  readonly input: Input;
+  sample: Sample | undefined;
+  /** What was asked last. */
+  asked: Ask | undefined;
+  private frozen: { pose: Pose; tint: Knobs['tint'] } | undefined;
+  private fresh: Sample | undefined;
+  private running = false;
+  private awake = 0;
+  private last = 0;
+  private started = 0;
+  private frames = 0;
+  private written = { figures: 0, hash: 0, text: '' };
+  private due = true;
+
+  constructor(private readonly around: Surroundings) {
+    this.stage = new Stage(around.canvas, (sample) => {
+      this.sample = this.fresh = sample;
+      around.panel.frame.push(sample.frame_ms);
+    });
+    this.input = new Input(around.canvas, this.rig, this.stage, {
+      click: (x, y) => void this.click(x, y),
+      stir: () => {
+        if (this.pilot && !this.onframe) this.tour(false);
+        this.stir();
+      },
+    });
+    new ResizeObserver(() => this.resize()).observe(around.canvas);
+    this.resize();
+    this.night();
+  }
+
+  /** Shows a scene, from a place or from its own best side. */
+  open(collection: Collection, place: hash.Place): void {
+    this.city?.close();
+    this.thaw();
+    this.unpick();
+    this.tour(false);
+    const city = new City(collection, {
+      changed: (answer) => this.changed(answer),
+      arrived: () => this.stir(),
+      ground: (level, even) => this.settle(level, even),
+      problem: (problem) => this.problem(problem),
+      way: () => this.stir(true),
+      stale: () => this.around.reload(collection.id),
+    });
+    this.city = city;
+    this.stage.show(city.instances, collection.classes);
+    this.settle(city.bounds.min[2], false);
+    this.around.panel.show(collection, city.levels);
+    if (place.mode) this.knobs = { ...this.knobs, mode: place.mode };
+    this.way(place.way ?? 'orbit');
+    if (place.eye && place.look) this.rig.jump({ eye: city.relative(place.eye), heading: place.look[0], pitch: place.look[1] });
+    else this.rig.jump(this.home());
+    this.around.opened(collection);
+    this.set({});
+  }
+
+  set(change: Partial<Knobs>): void {
+    this.knobs = { ...this.knobs, ...change };
+    this.stage.tint(this.knobs.tint);
+    this.around.panel.set(this.knobs, false);
+    this.air();
+    this.stir(true);
+  }
+
+  way(way: Way): void {
+    this.rig.choose(way);
+    this.stir();
+    this.buttons();
+  }
+
+  /** Back to where the whole city is seen. */
+  reset(): void {
+    this.tour(false);
+    if (this.rig.way === 'walk') this.rig.choose('orbit');
+    this.rig.go(this.home());
+    this.buttons();
+    this.stir();
+  }
+
+  tour(on = !this.pilot): void {
+    const was = this.pilot !== undefined;
+    this.pilot = on && this.city ? tour(this.city.bounds, this.rig.pose) : undefined;
+    this.started = performance.now();
+    if (on && this.rig.way === 'walk') this.rig.choose('fly');
+    if (was !== on) this.buttons();
+    this.stir();
+  }
+
+  /** Holds the selection while the eye steps outside; again, goes on. */
+  freeze(): void {
+    if (this.frozen) this.thaw();
+    else if (this.city?.answer) {
+      const { answer, levels } = this.city;
+      const { pose } = this.rig;
+      this.frozen = { pose: { ...pose, eye: [...pose.eye] }, tint: this.knobs.tint };
+      this.stage.place(pose);
+      const ends = levels.ends(answer.lod, this.knobs.beyond).filter(Number.isFinite);
+      this.stage.freeze(Math.min(Math.max(...ends, 600) * 1.1, this.extent * 1.2));
+      this.stage.rings(pose.eye, ends);
+      this.set({ tint: 'level' });
+      if (this.rig.way === 'walk') this.rig.choose('fly');
+      this.around.toast('Frozen. Move freely: the selection stays that of the frame you left. F goes on.');
+    }
+    this.buttons();
+    this.stir(true);
+  }
+
+  night(): void {
+    this.stage.night(this.around.night());
+    this.stir();
+  }
+
+  unpick(): void {
+    this.stage.pick(undefined);
+    this.around.picked.hide();
+    this.stir();
+  }
+
+  /** Draws for a while; `due` also asks again. */
+  stir(due = false): void {
+    this.due ||= due;
+    this.awake = performance.now() + AWAKE;
+    if (this.running) return;
+    this.running = true;
+    this.last = performance.now();
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  private frame(now: number): void {
+    const seconds = Math.min(Math.max((now - this.last) / 1000, 0), 0.1);
+    this.last = now;
+    this.frames += 1;
+    this.steer(seconds, now);
+    this.stage.place(this.rig.pose);
+    this.ask();
+    this.stage.draw(this.far);
+    this.figures(now);
+    const again = () => {
+      if (this.rig.moving || this.pilot || performance.now() < this.awake) requestAnimationFrame((then) => this.frame(then));
+      else this.running = false;
+    };
+    const hold = this.onframe?.(this.frames);
+    if (hold) void hold.then(again);
+    else again();
+  }
+
+  private steer(seconds: number, now: number): void {
+    if (!this.pilot) {
+      this.rig.step(seconds);
+      return;
+    }
+    const before = this.rig.pose.eye;
+    this.rig.jump(this.pilot((now - this.started) / 1000, this.frames));
+    const { eye } = this.rig.pose;
+    if (seconds > 0) this.rig.speed = Math.hypot(...eye.map((v, k) => v - before[k]!)) / seconds;
+  }
+
+  private ask(): void {
+    const { city, knobs } = this;
+    if (!city || this.frozen || !city.ready) return;
+    const controlled = knobs.controller && knobs.mode === 'range';
+    const ask: Ask = {
+      camera: {
+        eye: city.absolute(this.rig.pose.eye),
+        quaternion: this.stage.camera.quaternion.toArray() as [number, number, number, number],
+        fov_y_deg: FOV_Y,
+        viewport: this.stage.viewport,
+      },
+      lod: lod(knobs),
+      effects: effects(knobs, city.collection.effects, this.rig.speed),
+    };
+    const same = JSON.stringify(ask) === JSON.stringify({ ...this.asked, feedback: undefined });
+    if (same && !this.due && !(controlled && this.fresh)) return;
+    if (controlled) ask.feedback = this.feedback();
+    this.due = false;
+    this.asked = ask;
+    city.ask(ask);
+  }
+
+  private feedback(): Feedback {
+    const { fresh } = this;
+    const target_ms = this.knobs.target_ms;
+    this.fresh = undefined;
+    if (!fresh || fresh.far_dist_m === undefined) return { target_ms };
+    return { target_ms, frame_ms: fresh.frame_ms, far_dist_m: fresh.far_dist_m };
+  }
+
+  /** What the present picture was drawn with, m; none outside range mode or where all is drawn. */
+  private get far(): number | undefined {
+    const answer = this.city?.answer;
+    return answer?.feedback?.far_dist_m ?? answer?.lod.far_dist_m ?? undefined;
+  }
+
+  private changed(answer: Answer): void {
+    const { panel } = this.around;
+    const far = this.far;
+    const steered = answer.feedback?.far_dist_m;
+    const moved = steered != null && Math.abs(steered / this.knobs.far_dist_m - 1) > 0.005;
+    if (steered != null && this.knobs.controller) this.knobs = { ...this.knobs, far_dist_m: steered };
+    panel.objects.push(answer.count);
+    panel.far.push(far ?? Infinity);
+    panel.error.push(answer.lod.error_px ?? Infinity);
+    if (answer.add.length + answer.remove.length > 0 || moved) this.stir();
+  }
+
+  private figures(now: number): void {
+    const { panel } = this.around;
+    if (now - this.written.figures > FIGURES && this.city) {
+      this.written.figures = now;
+      const { city, knobs } = this;
+      for (const meter of [panel.frame, panel.far, panel.objects, panel.error]) meter.show();
+      panel.set(knobs, false);
+      const ends = city.answer ? city.levels.ends(city.answer.lod, knobs.beyond) : [];
+      panel.explain(knobs.tint, city.answer, ends);
+      panel.say(city.way, city.answer, city.chunks.pending);
+    }
+    if (now - this.written.hash > 400 && this.city && !this.pilot) {
+      this.written.hash = now;
+      const text = this.address();
+      if (text !== this.written.text) history.replaceState(null, '', text);
+      this.written.text = text;
+    }
+  }
+
+  /** The address of where the eye is. */
+  address(): string {
+    const { pose, way } = this.rig;
+    const city = this.city;
+    return hash.write({
+      scene: city?.collection.id ?? '',
+      eye: city?.absolute(pose.eye) ?? pose.eye,
+      look: [pose.heading, pose.pitch],
+      way,
+      mode: this.knobs.mode,
+    });
+  }
+
+  private async click(x: number, y: number): Promise<void> {
+    const hit = this.stage.meet(x, y);
+    const city = this.city;
+    if (!city || hit?.object === undefined) return this.unpick();
+    this.stage.pick(hit.object);
+    this.stir();
+    try {
+      const id = await city.chunks.id(hit.object);
+      const link = at(city.collection.id, `/items/${encodeURIComponent(id)}`);
+      const item = await json<Item>(link);
+      const from = this.frozen?.pose ?? this.rig.pose;
+      const viewport = this.stage.viewport;
+      this.around.picked.show(item, why(item, city.absolute(from.eye), viewport[1], city, this.knobs, this.frozen !== undefined), link);
+    } catch (error) {
+      this.problem({ detail: error instanceof Error ? error.message : String(error) });
+    }
+  }
+
+  private thaw(): void {
+    if (!this.frozen) return;
+    const { pose, tint } = this.frozen;
+    this.frozen = undefined;
+    this.stage.thaw();
+    this.stage.rings([0, 0, 0], []);
+    this.rig.go(pose);
+    this.set({ tint });
+    this.buttons();
+  }
+
+  private problem(problem: Problem): void {
+    const where = problem.pointer ? ` (${problem.pointer})` : '';
+    this.around.toast(`${problem.detail ?? problem.title ?? 'The service refused.'}${where}`);
+  }
+
+  private home(): Pose {
+    const city = this.city;
+    const { min, max } = city?.bounds ?? { min: [0, 0, 0], max: [0, 0, 0] };
+    const pose: Pose = { eye: [0, 0, 0], heading: 34, pitch: -17 };
+    const away = Math.min(Math.max(this.extent * 0.52, 120), 3200);
+    const [fx, fy, fz] = forward(pose);
+    // A little beyond the middle, so that the city fills the picture.
+    const aim = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, min[2]];
+    pose.eye = [aim[0]! - fx * away, aim[1]! - fy * away, aim[2]! - fz * away];
+    return pose;
+  }
+
+  private get extent(): number {
+    const { min, max } = this.city?.bounds ?? { min: [0, 0, 0], max: [1000, 1000, 0] };
+    return Math.max(max[0] - min[0], max[1] - min[1], 100);
+  }
+
+  private settle(level: number, even: boolean): void {
+    this.even = even;
+    this.stage.floor(level);
+    const blocked = (x: number, y: number, z: number) => this.city?.instances.blocked(x, y, z, 0.5) ?? false;
+    const { pose } = this.rig;
+    this.rig.over({ level, extent: this.extent, blocked });
+    this.rig.jump(pose);
+    this.air();
+    this.stir();
+  }
+
+  private even = false;
+
+  private air(): void {
+    const haze = this.city?.collection.effects.haze;
+    if (haze && !this.knobs.without.has('haze')) this.stage.haze(haze.visibility_m);
+    else this.stage.clear(this.extent);
+    this.stage.shade(this.even && this.knobs.shadows);
+  }
+
+  private buttons(): void {
+    this.around.buttons({ way: this.rig.way, frozen: this.frozen !== undefined, touring: this.pilot !== undefined });
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.around.canvas;
+    if (clientWidth > 0 && clientHeight > 0) {
+      this.stage.resize(clientWidth, clientHeight, Math.min(devicePixelRatio || 1, 2));
+      this.stir(true);
+    }
+  }
+}

@@ -1,0 +1,109 @@
+/** One scene on the page: its boxes, what is drawn of it, and the way to the service. */
+
+import type { Answer, Ask, Collection, Problem, Vec3 } from './api';
+import { type Chunk, Chunks } from './chunks';
+import { Levels } from './knobs';
+import { Link, type Way } from './link';
+import { Instances } from './stage/instances';
+
+export interface CityEvents {
+  /** What is drawn changed. */
+  changed(answer: Answer): void;
+  /** Boxes came. */
+  arrived(): void;
+  /** Where the ground is, as far as the boxes tell. */
+  ground(level: number, even: boolean): void;
+  problem(problem: Problem): void;
+  way(way: Way): void;
+  /** The service has another revision now: this city is over. */
+  stale(): void;
+}
+
+/** Ground that rises less than this among nine of ten boxes counts as even, m. */
+const EVEN = 3;
+
+export class City {
+  readonly levels: Levels;
+  readonly chunks: Chunks;
+  readonly instances: Instances;
+  answer: Answer | undefined;
+  way: Way = 'none';
+  private readonly link: Link;
+
+  constructor(
+    readonly collection: Collection,
+    private readonly events: CityEvents,
+  ) {
+    const { id, revision, objects, classes } = collection;
+    this.levels = new Levels(collection);
+    this.chunks = new Chunks(id, revision, objects, classes.length, (chunk) => this.arrive(chunk), (error) =>
+      events.problem({ title: 'Boxes could not be fetched', detail: error instanceof Error ? error.message : String(error) }));
+    this.instances = new Instances(this.chunks, (object) => this.levels.of(object));
+    this.link = new Link(id, {
+      answer: (answer) => this.take(answer),
+      problem: (problem) => events.problem(problem),
+      way: (way) => {
+        this.way = way;
+        events.way(way);
+      },
+    });
+    if (objects > 0) this.chunks.fetch(this.chunks.of(0));
+  }
+
+  get ready(): boolean {
+    return this.link.ready;
+  }
+
+  ask(ask: Ask): void {
+    this.link.ask(ask);
+  }
+
+  /** Scene coordinates of a place given relative to the origin. */
+  absolute(place: Vec3): Vec3 {
+    return place.map((v, k) => v + this.collection.origin[k]!) as Vec3;
+  }
+
+  /** The other way round. */
+  relative(place: Vec3): Vec3 {
+    return place.map((v, k) => v - this.collection.origin[k]!) as Vec3;
+  }
+
+  /** Corners relative to the origin; a square kilometre where there is nothing. */
+  get bounds(): { min: Vec3; max: Vec3 } {
+    const bounds = this.collection.bounds;
+    if (!bounds) return { min: [-500, -500, 0], max: [500, 500, 0] };
+    return {
+      min: this.relative([bounds[0], bounds[1], bounds[2]]),
+      max: this.relative([bounds[3], bounds[4], bounds[5]]),
+    };
+  }
+
+  close(): void {
+    this.link.close();
+    this.chunks.close();
+  }
+
+  private take(answer: Answer): void {
+    if (answer.revision !== this.collection.revision) {
+      this.close();
+      this.events.stale();
+      return;
+    }
+    this.instances.change(answer.add, answer.remove);
+    this.answer = answer;
+    this.events.changed(answer);
+  }
+
+  private arrive(chunk: Chunk): void {
+    this.instances.fill(chunk);
+    if (chunk.start === 0 && chunk.boxes) {
+      const boxes = chunk.boxes;
+      const floors = Array.from({ length: chunk.length }, (_, k) => boxes[k * 6 + 2]!).sort((a, b) => a - b);
+      const low = floors[Math.floor(floors.length * 0.05)] ?? 0;
+      const high = floors[Math.floor(floors.length * 0.95)] ?? 0;
+      const even = high - low < EVEN;
+      this.events.ground(even ? low : this.bounds.min[2], even);
+    }
+    this.events.arrived();
+  }
+}

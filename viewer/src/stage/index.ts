@@ -1,0 +1,257 @@
+/** The picture: sky, ground, boxes and their shadows. Knows nothing of the service. */
+
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  GLSL3,
+  Matrix4,
+  Mesh,
+  PerspectiveCamera,
+  RawShaderMaterial,
+  Scene,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
+import type { Vec3 } from '../api';
+import { classColours, LEVELS, type Tint } from '../colours';
+import { Frozen } from './frozen';
+import { CLASSES, type Instances } from './instances';
+import { DAY, NIGHT } from './palette';
+import * as shader from './shaders';
+import { type Sample, software, Timing } from './timing';
+
+export { Instances } from './instances';
+
+/** Where the eye is and how it is turned; x, y, z relative to the scene's origin. */
+export interface Pose {
+  eye: Vec3;
+  /** Clockwise from north, degrees. */
+  heading: number;
+  /** Above the horizon, degrees. */
+  pitch: number;
+}
+
+/** Full vertical angle of the view, degrees. */
+export const FOV_Y = 60;
+
+/** Most rings drawn on the ground. */
+const RINGS = 8;
+
+/** Where the sun stands. */
+const SUN = new Vector3(-0.52, -0.42, 0.74).normalize();
+
+export class Stage {
+  /** Whether the processor draws, in want of a graphics card. */
+  readonly slow: boolean;
+  readonly camera = new PerspectiveCamera(FOV_Y, 1, 1, 100_000);
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly frozen = new Frozen();
+  private readonly timing: Timing;
+  private readonly boxes: Mesh;
+  private readonly shadows: Mesh;
+  private instances: Instances | undefined;
+  /** Shared by all materials: a change is seen by all. */
+  private readonly uniforms = {
+    uEye: { value: new Vector3() },
+    uSun: { value: SUN },
+    uBack: { value: new Matrix4() },
+    uAir: { value: 1e-4 },
+    uLevel: { value: 0 },
+    uReach: { value: 200_000 },
+    uZenith: { value: new Color() },
+    uHorizon: { value: new Color() },
+    uGlow: { value: new Color() },
+    uGround: { value: new Color() },
+    uLine: { value: new Color() },
+    uRing: { value: new Color() },
+    uRingEye: { value: new Vector3() },
+    uRings: { value: new Array<number>(RINGS).fill(0) },
+    uRingShow: { value: 0 },
+    uShadow: { value: 1 },
+    uSunLight: { value: new Color() },
+    uAbove: { value: new Color() },
+    uBelow: { value: new Color() },
+    uEdge: { value: new Color() },
+    uEdgeShow: { value: 0.3 },
+    uStoreys: { value: 0.07 },
+    uPickColour: { value: new Color() },
+    uPick: { value: -1 },
+    uTint: { value: 0 },
+    uKinds: { value: Array.from({ length: CLASSES }, () => new Color(0xe6e0d6)) },
+    uLevels: { value: Array.from({ length: 8 }, (_, k) => new Color(LEVELS[k])) },
+    uHeights: { value: Array.from({ length: 6 }, () => new Color()) },
+  };
+  private lowest = 0;
+
+  /** @throws where the browser has no WebGL 2. */
+  constructor(canvas: HTMLCanvasElement, measured: (sample: Sample) => void) {
+    this.slow = software();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !this.slow, alpha: false, stencil: false, powerPreference: 'high-performance' });
+    this.renderer.autoClear = false;
+    this.timing = new Timing(this.renderer.getContext() as WebGL2RenderingContext, !this.slow, measured);
+    this.camera.up.set(0, 0, 1);
+    this.scene.matrixWorldAutoUpdate = false;
+
+    const triangle = new BufferGeometry();
+    triangle.setAttribute('position', new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
+    const square = new BufferGeometry();
+    square.setAttribute('position', new BufferAttribute(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0]), 3));
+    const empty = new BufferGeometry();
+    this.boxes = this.part(empty, shader.boxVertex, shader.boxFragment, 0);
+    this.shadows = this.part(empty, shader.shadowVertex, shader.shadowFragment, 2);
+    this.part(square, shader.groundVertex, shader.groundFragment, 1);
+    this.part(triangle, shader.skyVertex, shader.skyFragment, 3);
+    for (const part of [this.boxes, this.shadows]) part.visible = false;
+    // Shadows lie on the ground: drawn just before it, as seen by the depth buffer.
+    const shadow = this.shadows.material as RawShaderMaterial;
+    shadow.polygonOffset = true;
+    shadow.polygonOffsetFactor = -1;
+    shadow.polygonOffsetUnits = -4;
+    shadow.side = 2;
+    this.scene.add(this.frozen.group);
+    this.night(false);
+  }
+
+  /** Shows another scene: its boxes, its classes. */
+  show(instances: Instances, classes: readonly string[]): void {
+    this.instances?.dispose();
+    this.instances = instances;
+    for (const part of [this.boxes, this.shadows]) part.geometry = instances.geometry;
+    this.boxes.visible = true;
+    classColours(classes).slice(0, CLASSES).forEach((hex, k) => this.uniforms.uKinds.value[k]!.set(hex));
+  }
+
+  /** Where the ground is. */
+  floor(level: number): void {
+    this.uniforms.uLevel.value = level;
+    this.lowest = level;
+  }
+
+  /** Air so clear that a scene of this extent is seen from outside, m. */
+  clear(extent: number): void {
+    this.uniforms.uAir.value = 1 / (2.2 * Math.max(extent, 1500));
+  }
+
+  /** Air that hides what is farther away than this, m. */
+  haze(visibility: number): void {
+    this.uniforms.uAir.value = 2 / visibility;
+  }
+
+  /** Whether boxes cast shadows; they fall on level ground only. */
+  shade(on: boolean): void {
+    this.shadows.visible = on;
+  }
+
+  night(on: boolean): void {
+    const from = on ? NIGHT : DAY;
+    const to = this.uniforms;
+    to.uZenith.value.copy(from.zenith);
+    to.uHorizon.value.copy(from.horizon);
+    to.uGlow.value.copy(from.glow);
+    to.uGround.value.copy(from.ground);
+    to.uLine.value.copy(from.line);
+    to.uRing.value.copy(from.ring);
+    to.uShadow.value = from.shadow;
+    to.uSunLight.value.copy(from.sun);
+    to.uAbove.value.copy(from.above);
+    to.uBelow.value.copy(from.below);
+    to.uEdge.value.copy(from.edge);
+    to.uEdgeShow.value = on ? 0.16 : 0.34;
+    to.uPickColour.value.copy(from.pick);
+    from.heights.forEach((colour, k) => to.uHeights.value[k]!.copy(colour));
+    this.frozen.colour(from.ring);
+  }
+
+  tint(tint: Tint): void {
+    this.uniforms.uTint.value = { class: 0, level: 1, height: 2 }[tint];
+    this.uniforms.uStoreys.value = tint === 'class' ? 0.07 : 0.04;
+  }
+
+  /** Marks an object. */
+  pick(object: number | undefined): void {
+    this.uniforms.uPick.value = object ?? -1;
+  }
+
+  /** Draws circles about an eye on the ground; none without radii, m. */
+  rings(eye: Vec3, radii: readonly number[]): void {
+    const { uRings, uRingEye, uRingShow } = this.uniforms;
+    uRingShow.value = radii.length > 0 ? 0.85 : 0;
+    uRingEye.value.set(...eye);
+    for (let k = 0; k < RINGS; k += 1) uRings.value[k] = radii[k] ?? 0;
+  }
+
+  /** Shows what the present camera sees, from wherever it goes next; as far as `reach` metres. */
+  freeze(reach: number): void {
+    this.frozen.show(this.camera, reach);
+  }
+
+  thaw(): void {
+    this.frozen.hide();
+  }
+
+  /** Pixels of the picture for a window of this size, CSS pixels. */
+  resize(width: number, height: number, ratio: number): void {
+    this.renderer.setPixelRatio(this.slow ? 1 : ratio);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+  }
+
+  /** Width and height of the picture, pixels. */
+  get viewport(): [number, number] {
+    const { width, height } = this.renderer.domElement;
+    return [width, height];
+  }
+
+  place(pose: Pose): void {
+    const { camera, uniforms } = this;
+    camera.position.set(...pose.eye);
+    const [x, y, z] = forward(pose);
+    camera.lookAt(pose.eye[0] + x, pose.eye[1] + y, pose.eye[2] + z);
+    camera.near = Math.min(Math.max((pose.eye[2] - this.lowest) * 0.02, 0.4), 20);
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+    uniforms.uEye.value.copy(camera.position);
+    // Only directions: what is far from the origin would not fit f32.
+    const turned = new Matrix4().extractRotation(camera.matrixWorld);
+    uniforms.uBack.value.copy(turned).multiply(camera.projectionMatrixInverse);
+  }
+
+  /** Draws a frame. `far_dist_m` is what it is drawn with, to be told with its time. */
+  draw(far_dist_m: number | undefined): void {
+    this.timing.begin();
+    this.renderer.clear();
+    this.renderer.render(this.scene, this.camera);
+    this.timing.end(far_dist_m);
+  }
+
+  /** What a point of the picture shows (-1 to 1, y up): an object or the ground, and how far. */
+  meet(x: number, y: number): { object: number | undefined; along: number; way: Vec3 } | undefined {
+    const { position } = this.camera;
+    const way = new Vector3(x, y, 0.5).unproject(this.camera).sub(position).normalize();
+    const hit = this.instances?.meet(position.toArray(), way.toArray());
+    const down = (this.lowest - position.z) / way.z;
+    const ground = down > 0 ? down : Infinity;
+    const along = Math.min(hit?.along ?? Infinity, ground);
+    if (!Number.isFinite(along)) return undefined;
+    const object = hit && hit.along <= ground ? this.instances?.object(hit.slot) : undefined;
+    return { object, along, way: way.toArray() };
+  }
+
+  private part(geometry: BufferGeometry, vertexShader: string, fragmentShader: string, order: number): Mesh {
+    const material = new RawShaderMaterial({ glslVersion: GLSL3, vertexShader, fragmentShader, uniforms: this.uniforms });
+    const mesh = new Mesh(geometry, material);
+    mesh.frustumCulled = false;
+    mesh.renderOrder = order;
+    this.scene.add(mesh);
+    return mesh;
+  }
+}
+
+/** The direction of a pose, length 1. */
+export function forward(pose: Pose): Vec3 {
+  const heading = (pose.heading * Math.PI) / 180;
+  const pitch = (pose.pitch * Math.PI) / 180;
+  return [Math.sin(heading) * Math.cos(pitch), Math.cos(heading) * Math.cos(pitch), Math.sin(pitch)];
+}
