@@ -238,19 +238,20 @@ export class App {
   }
 
   private changed(answer: Answer): void {
-    const { panel } = this.around;
-    const far = this.far;
     const steered = answer.feedback?.far_dist_m;
     const moved = steered != null && Math.abs(steered / this.knobs.far_dist_m - 1) > 0.005;
     if (steered != null && this.knobs.controller) this.knobs = { ...this.knobs, far_dist_m: steered };
-    panel.objects.push(answer.count);
-    panel.far.push(far ?? Infinity);
-    panel.error.push(answer.lod.error_px ?? Infinity);
     if (answer.add.length + answer.remove.length > 0 || moved) this.stir();
   }
 
   private figures(now: number): void {
     const { panel } = this.around;
+    const answer = this.city?.answer;
+    if (answer) {
+      panel.objects.push(answer.count);
+      panel.far.push(this.far ?? Infinity);
+      panel.error.push(answer.lod.error_px ?? Infinity);
+    }
     if (now - this.written.figures > FIGURES && this.city) {
       this.written.figures = now;
       const { city, knobs } = this;

@@ -134,7 +134,7 @@ export class Panel {
       for (let level = 0; level < (this.levels?.count ?? 0); level += 1) {
         const [start, end] = this.levels!.span(level);
         const drawn = answer ? countWithin(answer.ranges, start, end) : 0;
-        const reach = ends.length === 0 ? '' : level < ends.length ? `to ${length(ends[level]!)}` : 'always';
+        const reach = ends.length === 0 ? '' : Number.isFinite(ends[level]) ? `to ${length(ends[level]!)}` : 'always';
         rows.push(row(hex(LEVELS[Math.min(level, 7)]!), `Level ${level}`, `${reach}\u2002${grouped(drawn)}`));
       }
       this.legend.replaceChildren(...rows);
