@@ -66,9 +66,9 @@ fn of_type(media_type: &'static str, file: &EmbeddedFile) -> Response {
 
 /// Weak, as files are sent compressed or not.
 fn etag(file: &EmbeddedFile) -> HeaderValue {
-    let start = file.metadata.sha256_hash().into_iter().take(8);
-    let digits: String = start.map(|byte| format!("{byte:02x}")).collect();
-    let etag = HeaderValue::try_from(format!("W/\"{digits}\""));
+    let [a, b, c, d, e, f, g, h, ..] = file.metadata.sha256_hash();
+    let start = u64::from_be_bytes([a, b, c, d, e, f, g, h]);
+    let etag = HeaderValue::try_from(format!("W/\"{start:016x}\""));
     etag.unwrap_or_else(|_| HeaderValue::from_static("W/\"0\""))
 }
 
