@@ -8,24 +8,29 @@ use super::count::{Counter, Histogram};
 use super::text::Text;
 
 /// Paths as they are told apart; the last stands for all that there are not.
-const PLACES: [&str; 13] = [
+const PLACES: [&str; 16] = [
     "/",
+    "/about",
     "/api",
     "/conformance",
     "/health",
     "/metrics",
     "/collections",
+    "/assets/{file}",
     "/collections/{scene}/visible",
     "/collections/{scene}",
     "/collections/{scene}/stream",
     "/collections/{scene}/boxes",
+    "/collections/{scene}/items",
     "/collections/{scene}/items/{id}",
     "/collections/{scene}/plan.svg",
     "other",
 ];
 
-/// Where the places below a scene begin in [`PLACES`].
-const OF_SCENES: usize = 6;
+/// Where the parts of the viewer lie in [`PLACES`], behind all that are told by their whole path.
+const ASSETS: usize = 7;
+/// Where the places below a scene begin.
+const OF_SCENES: usize = ASSETS + 1;
 
 /// As many as there are statuses.
 const STATUSES: usize = 500;
@@ -90,7 +95,10 @@ impl Requests {
 fn place_of(path: &str) -> usize {
     let other = PLACES.len() - 1;
     let Some(below) = path.strip_prefix("/collections/") else {
-        let top = PLACES[..OF_SCENES].iter().position(|place| *place == path);
+        if path.starts_with("/assets/") {
+            return ASSETS;
+        }
+        let top = PLACES[..ASSETS].iter().position(|place| *place == path);
         return top.unwrap_or(other);
     };
     let wanted = below.split_once('/').map_or("", |(_, wanted)| wanted);
@@ -99,8 +107,9 @@ fn place_of(path: &str) -> usize {
         "" => OF_SCENES + 1,
         "stream" => OF_SCENES + 2,
         "boxes" => OF_SCENES + 3,
-        _ if wanted.starts_with("items/") => OF_SCENES + 4,
-        "plan.svg" => OF_SCENES + 5,
+        "items" => OF_SCENES + 4,
+        _ if wanted.starts_with("items/") => OF_SCENES + 5,
+        "plan.svg" => OF_SCENES + 6,
         _ => other,
     }
 }
