@@ -23,13 +23,14 @@
 //!
 //! # Why it is stable
 //!
-//! Without noise the true plant stays plausible, so rule 3 keeps the frame time from passing the
-//! target by more than 8 %, at every step and whatever the delay. With e the elasticity
+//! Without noise, and as long as the true plant stays plausible, rule 3 keeps the frame time from
+//! passing the target by more than 8 %. With a delay of three frames it does not always stay so:
+//! of a thousand plants in experiment `controller` one passes the target by 10.8 %. With e the elasticity
 //! dlnT/dlnD of the plant between the sample and the target, and ê that of the estimate, a sample
 //! that lies ξ = ln(D/D*) off is answered by one that lies (1 − e/ê)·ξ off. As ê lies between e/2
 //! and what is plausible, that is nearer, and no matter which of the last frames it is worked out
 //! from: the largest error among the frames under way shrinks, which is the condition for
-//! convergence under any bounded delay. Nothing is summed up, so nothing winds up at a limit.
+//! convergence under a bounded delay. This is a sketch, not a proof. Nothing is summed up, so nothing winds up at a limit.
 //!
 //! Under noise what the samples do not tell is filled in by a prior, p = 2 ± 1, and the fit averages
 //! about eight frames; at rest `far_dist` does not move enough for its own jitter to be taken for

@@ -1,7 +1,8 @@
 //! Building a whole city at once, in parallel, with nodes equally full.
 //!
 //! Top-down tiling in the manner of OMT (Lee and Lee, "OMT: Overlap Minimizing Top-down Bulk
-//! Loading Algorithm for R-tree", 2003), by recursive bisection along the wider of x and y.
+//! Loading Algorithm for R-tree", 2003), by recursive bisection along the wider of x and y, for
+//! [`Promotion::Largest`] along the widest of x, y and size (see [`SIZE_SCALE`]).
 //! rstar's own bulk loader cuts every node into 8 and so leaves between 1 and 9 objects in a
 //! leaf, depending on how many there are; here only the root takes up the slack.
 

@@ -23,7 +23,7 @@ use crate::geom::DVec2;
 /// How much is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Keep {
-    /// Everything that was read.
+    /// Everything that was read and lies within twice its range.
     All,
     /// At most so many tiles beside the resident ones, at least 1.
     Fifo {
