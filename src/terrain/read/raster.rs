@@ -78,23 +78,22 @@ fn no_field(path: &Path, source: FieldError) -> ReadError {
 
 /// What positions are and which system they lie in, where a file does not say so: degrees where
 /// the numbers can be that and hardly metres, which is on the globe with posts less than a tenth
-/// apart.
+/// apart, and where the system is likely geographic, unless the numbers can only be metres.
 pub(super) fn assumed(crs: Option<&str>, grid: &Grid) -> (Units, Option<String>) {
     let (west, east) = (grid.x(0), grid.x(grid.columns() - 1));
     let (south, north) = (grid.y(0), grid.y(grid.rows() - 1));
     let on_globe = west >= -180.0 && east <= 360.0 && south >= -90.0 && north <= 90.0;
-    match crs {
-        Some(crs) if is_geographic(crs) => (Units::Degrees, Some(crs.to_owned())),
-        Some(crs) => (Units::Metres, Some(crs.to_owned())),
-        None if on_globe && grid.spacing().max_element() < 0.1 => {
-            (Units::Degrees, Some("EPSG:4326".to_owned()))
-        }
-        None => (Units::Metres, None),
+    let spacing = grid.spacing().max_element();
+    let likely = crs.is_some_and(is_geographic) && (on_globe || spacing < 1.0);
+    if likely || on_globe && spacing < 0.1 {
+        (Units::Degrees, Some(crs.unwrap_or("EPSG:4326").to_owned()))
+    } else {
+        (Units::Metres, crs.map(str::to_owned))
     }
 }
 
-/// Whether a system has degrees for coordinates: `OGC:CRS84` and the range that EPSG gives to
-/// geographic systems, 4001 to 4999.
+/// Whether a system most likely has degrees for coordinates: `OGC:CRS84`, and EPSG 4001 to 4999,
+/// which are geographic but for some, such as 4647.
 pub(super) fn is_geographic(crs: &str) -> bool {
     let code = crs.strip_prefix("EPSG:").and_then(|c| c.parse().ok());
     crs.starts_with("OGC:CRS84") || code.is_some_and(|code: u32| (4001..5000).contains(&code))
