@@ -36,7 +36,7 @@ impl BudgetLod {
 }
 
 pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mut Selection) {
-    selection.clear(tree.level_count());
+    selection.clear();
     if tree.object_count() == 0 {
         return;
     }
@@ -125,7 +125,9 @@ fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) -> f
         .iter()
         .map(|sized| sized.size)
         .fold(smallest, f64::min);
-    selection.merge(border.iter().map(|sized| sized.object));
+    selection
+        .ranges
+        .merge(border.iter().map(|sized| sized.object));
     selection.sizes.border = border;
     selection.sizes.ranked = ranked;
     // Nothing left out is larger than anything drawn, whatever rounding adds to the bound.

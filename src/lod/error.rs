@@ -46,7 +46,7 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: ErrorLod, selection: &mut
         sure: lod.max_error_px,
         least: lod.max_error_px,
     };
-    selection.clear(tree.level_count());
+    selection.clear();
     if tree.object_count() == 0 {
         return;
     }

@@ -6,13 +6,14 @@
 //! Knows nothing of the controller, of files or of HTTP.
 
 mod budget;
+mod descent;
 mod difference;
 mod error;
 mod gather;
 mod lanes;
-mod level;
 mod mode;
 mod range;
+mod ranges;
 mod retrieve;
 mod search;
 mod selection;

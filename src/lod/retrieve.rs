@@ -7,21 +7,29 @@
 //! distance is monotone, in floating point too ([`crate::geom::Aabb::distance`]), so no node is
 //! nearer than its parent.
 //!
-//! Siblings are taken eight at a time. And a node whose box lies wholly in the range of one level
-//! *settles* the distance for all nodes below: those above that level are nearer than their
+//! Level by level, siblings eight at a time. And a node whose box lies wholly in the range of one
+//! level *settles* the distance for all nodes below: those above that level are nearer than their
 //! ranges, those at that level in it. So below it only the frustum is asked, and where that is
 //! settled too, the subtree is one range of objects per level.
+//!
+//! Every object is stored once, at the highest level it is promoted to, so "the node's objects"
+//! of the paper are its own ones and its representative, which an ancestor stores. On the way
+//! down from the root the ancestor has added it already; only where the levels that have a range
+//! begin below the root is it added with the node.
 
 use std::ops::Range;
 
 use wide::f32x8;
 
+use super::descent::Descent;
+use super::gather::{Gathered, not_outside};
 use super::lanes;
-use super::level::Level;
+use super::ranges::Ranges;
 use super::selection::Stats;
 use super::{RangeLod, Selection};
 use crate::geom::{
-    Aabb, Eight, EightDistances, EightRelations, Filter, Lanes, LargestSize, PlaneSet, View,
+    Aabb, Eight, EightDistances, EightRelations, Filter, Lanes, LargestSize, PixelScale, PlaneSet,
+    Threshold, View,
 };
 use crate::index::{Arrays, LodTree};
 
@@ -30,47 +38,96 @@ use crate::index::{Arrays, LodTree};
 /// Total: answers for every view and every setting, in time linear in the nodes visited. Source:
 /// Gong, section 2.2.
 pub fn retrieve(tree: &LodTree, view: &View, lod: &RangeLod, selection: &mut Selection) {
-    selection.clear(tree.level_count());
+    selection.clear();
     let Some(root) = tree.level_count().checked_sub(1) else {
         return;
     };
     let filter = Filter::new(view.frustum(), tree.origin(), &tree.bounds());
+    let Selection { walk, ranges, .. } = selection;
+    let Walk {
+        far,
+        open,
+        below,
+        own,
+        representatives,
+    } = walk;
+    far.clear();
+    far.extend(lod.far_dists(root + 1).map(|far| filter.threshold(far)));
+    open.clear();
+    open.push(Open::Near {
+        nodes: 0..1,
+        block: 0,
+        planes: filter.all_planes(),
+        hidden: f32::INFINITY,
+    }); // step 1
     let arrays = tree.arrays();
-    let mut levels = std::mem::take(&mut selection.walk);
-    let ranged_levels = Level::all(&arrays, &filter, lod, &mut levels);
-    let planes = filter.all_planes();
     let mut traversal = Traversal {
         arrays,
         view,
-        ranged_levels,
-        levels,
+        filter: &filter,
+        ranged_levels: far.len() as u32,
+        far,
         root,
         omitted: LargestSize::new(&filter, view.pixels()),
         stats: Stats::default(),
-        filter,
-        selection,
+        descent: Descent::to(&arrays, 1),
+        below,
+        own,
+        representatives,
     };
-    traversal.siblings(root, 0..1, 0, planes, f32::INFINITY); // step 1
+    let mut next = 0;
+    for level in (0..=root).rev() {
+        traversal.start(level);
+        for open in &*open {
+            traversal.look_at(level, open);
+        }
+        if level + 1 == traversal.ranged_levels {
+            traversal.merge_representatives(ranges);
+        }
+        traversal.list(&mut next, ranges); // step 7: coarse levels come first
+        std::mem::swap(open, traversal.below);
+    }
     let (largest, stats) = (traversal.omitted.bound(), traversal.stats);
-    let levels = std::mem::take(&mut traversal.levels);
-    selection.walk = levels;
-    selection.finish(largest, view.pixels(), stats);
+    let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = view.pixels();
+    selection.set_stats(stats);
+    selection.conclude(2.0 * f64::from(largest) * scale);
 }
 
-pub(super) struct Traversal<'a> {
-    pub(super) arrays: Arrays<'a>,
-    pub(super) view: &'a View,
-    pub(super) filter: Filter,
-    /// All levels, level 0 first.
-    pub(super) levels: Vec<Level>,
-    /// How many levels have a range; those above pass through.
-    pub(super) ranged_levels: u32,
-    /// Level of the root.
-    pub(super) root: u32,
-    /// Hidden radii of all nodes at which the walk stopped.
-    omitted: LargestSize,
-    pub(super) stats: Stats,
-    pub(super) selection: &'a mut Selection,
+/// Memory of a walk.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Walk {
+    /// Far distances of the levels that have a range, level 0 first.
+    far: Vec<Threshold>,
+    /// What is to be looked at in a level, and in the one below it.
+    open: Vec<Open>,
+    below: Vec<Open>,
+    own: Gathered,
+    representatives: Vec<u32>,
+}
+
+/// Neighbouring nodes: what is left to ask of them.
+#[derive(Debug, Clone)]
+enum Open {
+    /// The children of a node nearer than its range.
+    Near {
+        nodes: Range<u32>,
+        /// Where their boxes begin.
+        block: u32,
+        /// Planes the parent crosses.
+        planes: PlaneSet,
+        /// The parent's hidden radius.
+        hidden: f32,
+    },
+    /// Children of which the distance is settled: all below down to level `cut` is drawn that is
+    /// not outside the frustum.
+    Settled {
+        nodes: Range<u32>,
+        block: u32,
+        planes: PlaneSet,
+        cut: u32,
+    },
+    /// All below down to level `cut` is drawn.
+    Whole { nodes: Range<u32>, cut: u32 },
 }
 
 /// Siblings that lie wholly in the range of one level, and which level that is.
@@ -80,45 +137,77 @@ struct Settled {
     at: [u8; 8],
 }
 
-impl Settled {
-    /// How many of `set` follow one another from `lane` on that are settled at the same level.
-    #[inline]
-    fn run_length(&self, set: Lanes, lane: u32) -> u32 {
-        let run = lanes::run_length(set, lane);
-        let at = |other: u32| self.at[other as usize & 7];
-        (1..run)
-            .find(|&more| at(lane + more) != at(lane))
-            .unwrap_or(run)
-    }
+struct Traversal<'a> {
+    arrays: Arrays<'a>,
+    view: &'a View,
+    filter: &'a Filter,
+    far: &'a [Threshold],
+    /// How many levels have a range; those above pass through.
+    ranged_levels: u32,
+    /// Level of the root.
+    root: u32,
+    /// Hidden radii of all nodes at which the walk stopped.
+    omitted: LargestSize,
+    stats: Stats,
+    descent: Descent,
+    below: &'a mut Vec<Open>,
+    own: &'a mut Gathered,
+    /// Of nodes whose ancestors pass through.
+    representatives: &'a mut Vec<u32>,
 }
 
 impl Traversal<'_> {
-    /// Steps 2 to 6 for the nodes `nodes` of one level, which are all children of one node.
-    /// `planes` are those the parent crosses; `parent_hidden` is its hidden radius.
-    /// `block` is where their boxes begin.
-    fn siblings(
-        &mut self,
-        level: u32,
-        nodes: Range<u32>,
-        block: u32,
-        planes: PlaneSet,
-        parent_hidden: f32,
-    ) {
-        let mut first = nodes.start;
-        let mut block = block as usize;
-        while first < nodes.end {
-            let Some(boxes) = self.arrays.child_blocks.get(block) else {
-                return; // only in a damaged file
-            };
-            let count = (nodes.end - first).min(8);
-            self.eight(level, boxes, first, count, planes, parent_hidden);
-            first += count;
-            block += 1;
+    fn start(&mut self, level: u32) {
+        self.descent = Descent::to(&self.arrays, self.root - level + 1);
+        self.below.clear();
+        self.own.clear();
+    }
+
+    fn look_at(&mut self, level: u32, open: &Open) {
+        match open {
+            Open::Near {
+                nodes,
+                block,
+                planes,
+                hidden,
+            } => self.siblings(nodes, *block, |walk, boxes, first, count| {
+                walk.near(level, boxes, first, count, *planes, *hidden);
+            }),
+            Open::Settled {
+                nodes,
+                block,
+                planes,
+                cut,
+            } => self.siblings(nodes, *block, |walk, boxes, first, count| {
+                walk.settled(level, boxes, first, count, *planes, *cut);
+            }),
+            Open::Whole { nodes, cut } => {
+                self.own.whole(&self.arrays, nodes);
+                self.open_whole(level, nodes.clone(), *cut);
+            }
         }
     }
 
+    /// Looks at siblings eight at a time; `block` is where their boxes begin.
     #[inline]
-    fn eight(
+    fn siblings(
+        &mut self,
+        nodes: &Range<u32>,
+        block: u32,
+        mut eight: impl FnMut(&mut Self, &Eight, u32, u32),
+    ) {
+        let blocks = self.arrays.child_blocks.get(block as usize..);
+        let firsts = nodes.clone().step_by(8);
+        for (boxes, first) in blocks.unwrap_or_default().iter().zip(firsts) {
+            let count = (nodes.end - first).min(8);
+            self.stats.nodes_visited += count;
+            eight(self, boxes, first, count);
+        }
+    }
+
+    /// Steps 2 to 6 for `count` children of a node nearer than its range.
+    #[inline]
+    fn near(
         &mut self,
         level: u32,
         boxes: &Eight,
@@ -127,7 +216,6 @@ impl Traversal<'_> {
         planes: PlaneSet,
         parent_hidden: f32,
     ) {
-        self.stats.nodes_visited += count;
         // Step 2. Of an ambiguous box it is safe to say that it crosses: its objects are tested.
         let relations = self.filter.relations(boxes, planes);
         let visible = lanes::first(count) & !relations.outside;
@@ -163,7 +251,10 @@ impl Traversal<'_> {
     /// decided in f64.
     #[inline]
     fn nearer(&self, first: u32, distances: &EightDistances, level: u32, set: Lanes) -> Lanes {
-        let far = &self.levels[level as usize].far;
+        // Levels that pass through do so as far as the last that has a range reaches.
+        let Some(far) = self.far.get(level as usize).or(self.far.last()) else {
+            return set;
+        };
         if far.distance == f64::INFINITY {
             return set;
         }
@@ -205,14 +296,16 @@ impl Traversal<'_> {
         let farthest = self.filter.farthest(boxes);
         let mut settled = Settled::default();
         let mut open = nearer;
-        for cut in 0..level.min(self.ranged_levels) {
-            if cut > 0 {
-                open &= !settled.set & distances.not_nearer(&self.levels[cut as usize - 1].far);
+        let ranges = self.far.iter().take(level as usize);
+        let mut below: Option<&Threshold> = None;
+        for (cut, far) in (0..).zip(ranges) {
+            if let Some(below) = below.replace(far) {
+                open &= !settled.set & distances.not_nearer(below);
                 if open == 0 {
                     break;
                 }
             }
-            let set = open & farthest.nearer(&self.levels[cut as usize].far);
+            let set = open & farthest.nearer(far);
             settled.set |= set;
             if cut > 0 && set != 0 {
                 self.note_hidden(cut, level, first, distances, set);
@@ -224,8 +317,7 @@ impl Traversal<'_> {
         settled
     }
 
-    /// Steps 4 and 6 for siblings nearer than their range, in their order, which is that of the
-    /// objects below them.
+    /// Steps 4 and 6 for siblings nearer than their range.
     #[inline]
     fn descend(
         &mut self,
@@ -236,69 +328,87 @@ impl Traversal<'_> {
         settled: &Settled,
     ) {
         let whole = settled.set & relations.inside;
-        let mut rest = nearer;
-        while rest != 0 {
-            let lane = rest.trailing_zeros();
+        for lane in lanes::each(nearer) {
             let node = first + lane;
-            let run = if lanes::has(whole, lane) {
-                let run = settled.run_length(whole, lane);
-                let cut = u32::from(settled.at[lane as usize & 7]);
-                self.add_subtrees(level, node..node + run, cut);
-                run
+            let cut = u32::from(settled.at[lane as usize & 7]);
+            if lanes::has(whole, lane) {
+                self.whole(level, node, cut);
             } else {
                 let planes = relations.open_planes(lane);
                 if lanes::has(settled.set, lane) {
-                    let cut = u32::from(settled.at[lane as usize & 7]);
-                    self.settled_children(level, node, planes, cut);
+                    self.open_settled(level, node, planes, cut);
                 } else {
-                    self.open_children(level, node, planes);
+                    self.open_near(level, node, planes);
                 }
-                1
-            };
-            rest = lanes::after_run(rest, lane, run);
+            }
         }
     }
 
     /// Steps 4 and 6: on to the children of a node nearer than its range.
-    fn open_children(&mut self, level: u32, node: u32, planes: PlaneSet) {
-        if let (Some(children), Some(&block)) = (
-            self.children(level, &(node..node + 1)),
-            self.arrays.child_block_starts.get(node as usize),
-        ) {
+    #[inline]
+    fn open_near(&mut self, level: u32, node: u32, planes: PlaneSet) {
+        if let Some((nodes, block)) = self.children(node) {
             // A node without a range has added nothing, its own objects neither.
             let hidden = if level < self.ranged_levels {
                 self.hidden(node)
             } else {
-                self.hidden(node).max(self.promoted(&children))
+                self.hidden(node).max(self.promoted(&nodes))
             };
-            self.siblings(level - 1, children, block, planes, hidden);
+            self.below.push(Open::Near {
+                nodes,
+                block,
+                planes,
+                hidden,
+            });
         }
     }
 
-    /// Step 6 where the distance is settled: all below down to level `cut` is drawn that is not
-    /// outside the frustum.
-    fn settled_children(&mut self, level: u32, node: u32, planes: PlaneSet, cut: u32) {
-        let (Some(children), Some(&block)) = (
-            self.children(level, &(node..node + 1)),
-            self.arrays.child_block_starts.get(node as usize),
-        ) else {
-            return;
-        };
-        let mut first = children.start;
-        let mut block = block as usize;
-        while first < children.end {
-            let Some(boxes) = self.arrays.child_blocks.get(block) else {
-                return; // only in a damaged file
-            };
-            let count = (children.end - first).min(8);
-            self.settled_eight(level - 1, boxes, first, count, planes, cut);
-            first += count;
-            block += 1;
+    /// Step 6 where the distance is settled.
+    #[inline]
+    fn open_settled(&mut self, level: u32, node: u32, planes: PlaneSet, cut: u32) {
+        if level > cut
+            && let Some((nodes, block)) = self.children(node)
+        {
+            self.below.push(Open::Settled {
+                nodes,
+                block,
+                planes,
+                cut,
+            });
         }
+    }
+
+    /// Step 6 where the frustum is settled too, for a node whose own objects have been added,
+    /// unless it passes through.
+    #[inline]
+    fn whole(&mut self, level: u32, node: u32, cut: u32) {
+        if level >= self.ranged_levels {
+            if level < self.root {
+                self.add_representative(node, 0);
+            }
+            self.own.whole(&self.arrays, &(node..node + 1));
+        }
+        self.open_whole(level, node..node + 1, cut);
     }
 
     #[inline]
-    fn settled_eight(
+    fn open_whole(&mut self, level: u32, nodes: Range<u32>, cut: u32) {
+        if level > cut
+            && let Some(nodes) = self.descent.children(&self.arrays, nodes)
+        {
+            match self.below.last_mut() {
+                Some(Open::Whole {
+                    nodes: last,
+                    cut: same,
+                }) if last.end == nodes.start && *same == cut => last.end = nodes.end,
+                _ => self.below.push(Open::Whole { nodes, cut }),
+            }
+        }
+    }
+
+    /// `count` siblings of which the distance is settled.
+    #[inline]
+    fn settled(
         &mut self,
         level: u32,
         boxes: &Eight,
@@ -307,7 +417,6 @@ impl Traversal<'_> {
         planes: PlaneSet,
         cut: u32,
     ) {
-        self.stats.nodes_visited += count;
         let relations = self.filter.relations(boxes, planes);
         let visible = lanes::first(count) & !relations.outside;
         if level < self.ranged_levels {
@@ -316,20 +425,83 @@ impl Traversal<'_> {
         if level == cut {
             return;
         }
-        let mut rest = visible;
-        while rest != 0 {
-            let lane = rest.trailing_zeros();
-            let node = first + lane;
-            let run = if lanes::has(relations.inside, lane) {
-                let run = lanes::run_length(rest & relations.inside, lane);
-                self.add_subtrees(level, node..node + run, cut);
-                run
+        for lane in lanes::each(visible) {
+            if lanes::has(relations.inside, lane) {
+                self.whole(level, first + lane, cut);
             } else {
-                self.settled_children(level, node, relations.open_planes(lane), cut);
-                1
-            };
-            rest = lanes::after_run(rest, lane, run);
+                self.open_settled(level, first + lane, relations.open_planes(lane), cut);
+            }
         }
+    }
+
+    /// The children of a node, and where their boxes begin.
+    #[inline]
+    fn children(&mut self, node: u32) -> Option<(Range<u32>, u32)> {
+        let block = *self.arrays.child_block_starts.get(node as usize)?;
+        let nodes = self.descent.children(&self.arrays, node..node + 1)?;
+        Some((nodes, block))
+    }
+
+    /// Adds the objects of the siblings in `set`, which have a range: all of those inside the
+    /// frustum (step 3), of others what is not outside (step 5).
+    #[inline]
+    fn add(&mut self, level: u32, first: u32, set: Lanes, relations: &EightRelations) {
+        if level < self.root && level + 1 == self.ranged_levels {
+            for lane in lanes::each(set) {
+                self.add_representative(first + lane, relations.open_planes(lane));
+            }
+        }
+        let planes = |lane| relations.open_planes(lane);
+        self.own
+            .nodes(&self.arrays, first, set, relations.inside, planes);
+    }
+
+    /// Adds the object that stands for `node`, stored with an ancestor that has added nothing,
+    /// unless it is outside one of `planes`.
+    #[cold]
+    fn add_representative(&mut self, node: u32, planes: PlaneSet) {
+        let Some(&object) = self.arrays.representatives.get(node as usize) else {
+            return;
+        };
+        let Some(exact) = Aabb::nth(self.arrays.object_boxes, object) else {
+            return; // only in a damaged file
+        };
+        if planes == 0 || !self.view.frustum().is_outside_of(planes, &exact) {
+            self.representatives.push(object);
+        }
+    }
+
+    /// Puts the representatives in their places: they are stored at the levels that pass through,
+    /// all of which are done when the first level that has a range is.
+    fn merge_representatives(&mut self, ranges: &mut Ranges) {
+        if !self.representatives.is_empty() {
+            self.representatives.sort_unstable();
+            ranges.merge(self.representatives.drain(..));
+        }
+    }
+
+    /// Lists the objects that a level adds.
+    #[inline(never)]
+    fn list(&mut self, next: &mut u32, ranges: &mut Ranges) {
+        let Self {
+            arrays,
+            view,
+            filter,
+            ..
+        } = *self;
+        let tested = self
+            .own
+            .list(&arrays, next, ranges, |_, boxes, first, set, planes| {
+                let (outside, touching) = filter.outside_or_touching(boxes, planes);
+                let open = set & !(outside | touching);
+                if open == 0 {
+                    set & touching
+                } else {
+                    // What f32 leaves open is decided in f64.
+                    set & touching | not_outside(view, arrays.object_boxes, first, open)
+                }
+            });
+        self.stats.objects_tested = self.stats.objects_tested.saturating_add(tested);
     }
 
     fn hidden(&self, node: u32) -> f32 {
