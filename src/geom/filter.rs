@@ -16,6 +16,7 @@
 
 use wide::f32x8;
 
+use super::simd::Floats;
 use super::{Aabb, DVec3, Frustum};
 
 /// Relative slack of plane tests.
@@ -68,21 +69,21 @@ struct FilterPlane {
 
 impl FilterPlane {
     /// Negative for boxes certainly outside: `outer` and the farthest corners along the normal.
-    #[inline]
-    fn farthest(&self, boxes: &Eight) -> f32x8 {
-        self.sum(self.outer, boxes, self.farthest)
+    #[inline(always)]
+    fn farthest<F: Floats>(&self, boxes: &Eight) -> F {
+        self.sum(&self.outer, boxes, self.farthest)
     }
 
     /// Negative for boxes not certainly inside: `inner` and the opposite corners.
-    #[inline]
-    fn nearest(&self, boxes: &Eight) -> f32x8 {
-        self.sum(self.inner, boxes, self.nearest)
+    #[inline(always)]
+    fn nearest<F: Floats>(&self, boxes: &Eight) -> F {
+        self.sum(&self.inner, boxes, self.nearest)
     }
 
-    #[inline]
-    fn sum(&self, offset: f32x8, boxes: &Eight, corner: [Lane; 3]) -> f32x8 {
-        let term = |axis: usize| boxes[corner[axis] as usize] * self.normal[axis];
-        offset + term(0) + term(1) + term(2)
+    #[inline(always)]
+    fn sum<F: Floats>(&self, offset: &f32x8, boxes: &Eight, corner: [Lane; 3]) -> F {
+        let term = |axis: usize| F::of(&boxes[corner[axis] as usize]) * F::of(&self.normal[axis]);
+        F::of(offset) + term(0) + term(1) + term(2)
     }
 }
 
@@ -127,8 +128,8 @@ impl EightRelations {
 
 /// Squared distances from the eye to a point of each of eight boxes, m².
 #[derive(Debug, Clone, Copy)]
-pub struct EightDistances {
-    pub(super) squared: f32x8,
+pub struct EightDistances<F = f32x8> {
+    pub(super) squared: F,
 }
 
 /// A distance that boxes are compared with, in both certain forms.
@@ -207,22 +208,32 @@ impl Filter {
 
     /// How the boxes lie to the planes in `set`.
     #[inline]
-    pub fn relations(&self, boxes: &Eight, mut set: PlaneSet) -> EightRelations {
+    pub fn relations(&self, boxes: &Eight, set: PlaneSet) -> EightRelations {
+        self.relations_in::<f32x8>(boxes, set)
+    }
+
+    /// The same in registers of this kind.
+    #[inline(always)]
+    pub(crate) fn relations_in<F: Floats>(
+        &self,
+        boxes: &Eight,
+        mut set: PlaneSet,
+    ) -> EightRelations {
         if !self.bounded {
             return EightRelations::unknown(set);
         }
-        let mut outside = f32x8::ZERO;
+        let mut outside = F::splat(0.0);
         let mut crossing = 0;
         let mut open = 0_u64;
         while let Some(plane) = self.planes.get(set.trailing_zeros() as usize) {
-            outside |= plane.farthest(boxes);
-            let not_inside = negative(plane.nearest(boxes));
+            outside = outside | plane.farthest(boxes);
+            let not_inside = plane.nearest::<F>(boxes).negative();
             crossing |= not_inside;
             open |= u64::from(not_inside) << (8 * set.trailing_zeros());
             set &= set.wrapping_sub(1);
         }
         EightRelations {
-            outside: negative(outside),
+            outside: outside.negative(),
             inside: crossing ^ ALL_LANES,
             open: if crossing == 0 { 0 } else { transposed(open) },
         }
@@ -230,47 +241,71 @@ impl Filter {
 
     /// Boxes certainly outside one of the planes in `set`, and boxes certainly not.
     #[inline]
-    pub fn outside_or_touching(&self, boxes: &Eight, mut set: PlaneSet) -> (Lanes, Lanes) {
+    pub fn outside_or_touching(&self, boxes: &Eight, set: PlaneSet) -> (Lanes, Lanes) {
+        self.outside_or_touching_in::<f32x8>(boxes, set)
+    }
+
+    /// The same in registers of this kind.
+    #[inline(always)]
+    pub(crate) fn outside_or_touching_in<F: Floats>(
+        &self,
+        boxes: &Eight,
+        mut set: PlaneSet,
+    ) -> (Lanes, Lanes) {
         if !self.bounded {
             return unknown();
         }
-        let mut outside = f32x8::ZERO;
-        let mut open = f32x8::ZERO;
+        let mut outside = F::splat(0.0);
+        let mut open = F::splat(0.0);
         while let Some(plane) = self.planes.get(set.trailing_zeros() as usize) {
-            let farthest = plane.farthest(boxes);
-            outside |= farthest;
-            open |= farthest - plane.band;
+            let farthest: F = plane.farthest(boxes);
+            outside = outside | farthest;
+            open = open | (farthest - F::of(&plane.band));
             set &= set.wrapping_sub(1);
         }
-        (negative(outside), negative(open) ^ ALL_LANES)
+        (outside.negative(), open.negative() ^ ALL_LANES)
     }
 
     /// Distances to the nearest points of the boxes.
     #[inline]
     pub fn distances(&self, boxes: &Eight) -> EightDistances {
-        let mut nearest = f32x8::ZERO;
-        for axis in 0..3 {
-            let eye = f32x8::splat(self.eye[axis]);
-            let low = boxes[axis] - eye;
-            let high = eye - boxes[axis + 3];
-            let near = low.fast_max(high).fast_max(f32x8::ZERO);
-            nearest += near * near;
+        self.distances_in(boxes)
+    }
+
+    /// The same in registers of this kind.
+    #[inline(always)]
+    pub(crate) fn distances_in<F: Floats>(&self, boxes: &Eight) -> EightDistances<F> {
+        let along = |axis: usize| {
+            let eye = F::splat(self.eye[axis]);
+            let low = F::of(&boxes[axis]) - eye;
+            let high = eye - F::of(&boxes[axis + 3]);
+            let near = low.larger(high).larger(F::splat(0.0));
+            near * near
+        };
+        EightDistances {
+            squared: along(0) + along(1) + along(2),
         }
-        EightDistances { squared: nearest }
     }
 
     /// Distances to the farthest corners of the boxes.
     #[inline]
     pub fn farthest(&self, boxes: &Eight) -> EightDistances {
-        let mut farthest = f32x8::ZERO;
-        for axis in 0..3 {
-            let eye = f32x8::splat(self.eye[axis]);
-            let low = eye - boxes[axis];
-            let high = boxes[axis + 3] - eye;
-            let far = low.fast_max(high);
-            farthest += far * far;
+        self.farthest_in(boxes)
+    }
+
+    /// The same in registers of this kind.
+    #[inline(always)]
+    pub(crate) fn farthest_in<F: Floats>(&self, boxes: &Eight) -> EightDistances<F> {
+        let along = |axis: usize| {
+            let eye = F::splat(self.eye[axis]);
+            let low = eye - F::of(&boxes[axis]);
+            let high = F::of(&boxes[axis + 3]) - eye;
+            let far = low.larger(high);
+            far * far
+        };
+        EightDistances {
+            squared: along(0) + along(1) + along(2),
         }
-        EightDistances { squared: farthest }
     }
 
     /// A distance to compare with, m ≥ 0.

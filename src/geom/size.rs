@@ -14,7 +14,8 @@
 
 use wide::f32x8;
 
-use super::filter::{DISTANCE_SLACK, negative};
+use super::filter::DISTANCE_SLACK;
+use super::simd::Floats;
 use super::{Aabb, EightDistances, Filter, Lanes, PixelScale, View};
 
 impl View {
@@ -53,8 +54,6 @@ pub struct SizeThreshold {
     certain: [f32x8; 2],
     /// A radius times this and that reaches as far as the box may be away.
     possible: [f32x8; 2],
-    /// One divided by their factors: more than that of the first, less than that of the second.
-    inverse: [f32x8; 2],
 }
 
 /// Squares of this are f32 numbers like any other.
@@ -81,55 +80,37 @@ impl SizeThreshold {
             (unsure as f32).next_up(),
         ];
         let possible = [((factor * MORE) as f32).next_up(), (error as f32).next_up()];
-        // Root, sum and product round as often as product, sum and square do.
-        let inverse = [
-            (MORE / f64::from(certain[0].max(0.0))) as f32,
-            (LESS / f64::from(possible[0])) as f32,
-        ];
         Self {
             px,
             perspective,
             certain: certain.map(f32x8::splat),
             possible: possible.map(f32x8::splat),
-            inverse: inverse.map(f32x8::splat),
         }
     }
 
     /// Boxes certainly of this size or larger. `radii` are as they are stored.
-    #[inline]
-    pub fn reached(&self, radii: f32x8, distances: &EightDistances) -> Lanes {
-        let reach = radii * self.certain[0] - self.certain[1];
+    #[inline(always)]
+    pub fn reached<F: Floats>(&self, radii: F, distances: &EightDistances<F>) -> Lanes {
+        let [factor, less] = &self.certain;
+        let reach = radii * F::of(factor) - F::of(less);
         // Negative where nothing is certain.
-        negative(self.squared(distances).simd_lt(reach * reach.abs()))
+        self.squared(distances).less(reach * reach.abs())
     }
 
     /// Boxes certainly smaller; `radii` are at least theirs.
-    #[inline]
-    pub fn missed(&self, radii: f32x8, distances: &EightDistances) -> Lanes {
-        let reach = radii * self.possible[0] + self.possible[1];
-        negative(self.squared(distances).simd_gt(reach * reach))
+    #[inline(always)]
+    pub fn missed<F: Floats>(&self, radii: F, distances: &EightDistances<F>) -> Lanes {
+        let [factor, more] = &self.possible;
+        let reach = radii * F::of(factor) + F::of(more);
+        (reach * reach).less(self.squared(distances))
     }
 
-    /// Radii above these are certainly large enough at the distances.
-    #[inline]
-    pub fn certain_radii(&self, distances: &EightDistances) -> f32x8 {
-        let reach = self.squared(distances).sqrt() + self.certain[1];
-        reach * self.inverse[0]
-    }
-
-    /// Radii below these are certainly too small at the distances.
-    #[inline]
-    pub fn impossible_radii(&self, distances: &EightDistances) -> f32x8 {
-        let reach = self.squared(distances).sqrt() - self.possible[1];
-        reach * self.inverse[1]
-    }
-
-    #[inline]
-    fn squared(&self, distances: &EightDistances) -> f32x8 {
+    #[inline(always)]
+    fn squared<F: Floats>(&self, distances: &EightDistances<F>) -> F {
         if self.perspective {
             distances.squared
         } else {
-            f32x8::ONE
+            F::splat(1.0)
         }
     }
 }

@@ -50,7 +50,7 @@ impl Gathered {
 
     /// Adds the own objects of the nodes in `set`, counted from `first`. Each is looked at, but
     /// for those of the nodes in `drawn`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn nodes(
         &mut self,
         arrays: &Arrays,
@@ -87,7 +87,7 @@ impl Gathered {
     /// block, the boxes in it, the first of them, those to be looked at, and the planes they may
     /// cross. `next` is the first object not yet met: in a sound file it only states what is so,
     /// in a damaged one it keeps the loop short. Returns how many were looked at.
-    #[inline]
+    #[inline(always)]
     pub(super) fn list(
         &self,
         arrays: &Arrays,

@@ -10,8 +10,6 @@
 
 use std::ops::Range;
 
-use wide::f32x8;
-
 use super::budget::Last;
 use super::descent::Descent;
 use super::gather::{Gathered, not_outside};
@@ -19,7 +17,9 @@ use super::ranges::Ranges;
 use super::selection::Stats;
 use super::survey::Survey;
 use super::{Selection, lanes};
-use crate::geom::{Aabb, Eight, Filter, Lanes, PlaneSet, SizeThreshold, View};
+use crate::geom::{
+    Aabb, Eight, EightDistances, Filter, Floats, Lanes, PlaneSet, SizeThreshold, View, Work, widest,
+};
 use crate::index::{Arrays, LodTree};
 
 /// Two sizes, pixels, `least` ≤ `sure`.
@@ -114,10 +114,16 @@ pub(super) fn sweep(
     let mut next = 0;
     for level in (0..tree.level_count()).rev() {
         sweep.start(tree.level_count() - level);
-        for open in &*open {
-            sweep.look_at(level, open);
-        }
-        sweep.list(&mut next, ranges);
+        widest(LookAt {
+            sweep: &mut sweep,
+            level,
+            open,
+        });
+        widest(List {
+            sweep: &mut sweep,
+            next: &mut next,
+            ranges,
+        });
         std::mem::swap(open, sweep.below);
     }
     let (missed, stats) = (sweep.sizing.missed, sweep.stats);
@@ -145,10 +151,46 @@ struct Sizing<'a> {
     border: &'a mut Vec<Sized>,
 }
 
-/// Radii of the objects stored with eight nodes or below them.
-struct Held {
-    largest: f32x8,
-    least: f32x8,
+/// Decides of the nodes of a level.
+struct LookAt<'a, 'b> {
+    sweep: &'a mut Sweep<'b>,
+    level: u32,
+    open: &'a [Open],
+}
+
+impl Work for LookAt<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Floats>(self) {
+        for open in self.open {
+            self.sweep.look_at::<F>(self.level, open);
+        }
+    }
+}
+
+/// Lists the objects that a level adds: those that are sure.
+struct List<'a, 'b> {
+    sweep: &'a mut Sweep<'b>,
+    next: &'a mut u32,
+    ranges: &'a mut Ranges,
+}
+
+impl Work for List<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Floats>(self) {
+        let Sweep {
+            sizing, own, stats, ..
+        } = self.sweep;
+        let arrays = sizing.arrays;
+        let sure = |block, boxes: &Eight, first, set, planes| {
+            sizing.sure::<F>(block, boxes, first, set, planes)
+        };
+        let tested = own.list(&arrays, self.next, self.ranges, sure);
+        stats.objects_tested = stats.objects_tested.saturating_add(tested);
+    }
 }
 
 impl Sweep<'_> {
@@ -159,13 +201,14 @@ impl Sweep<'_> {
         self.own.clear();
     }
 
-    fn look_at(&mut self, level: u32, open: &Open) {
+    #[inline(always)]
+    fn look_at<F: Floats>(&mut self, level: u32, open: &Open) {
         match open {
             Open::Siblings {
                 nodes,
                 block,
                 planes,
-            } => self.siblings(level, nodes, *block as usize, *planes),
+            } => self.siblings::<F>(level, nodes, *block as usize, *planes),
             Open::Whole { nodes } => {
                 self.own.whole(&self.sizing.arrays, nodes);
                 if level > 0 {
@@ -175,21 +218,17 @@ impl Sweep<'_> {
         }
     }
 
-    fn siblings(&mut self, level: u32, nodes: &Range<u32>, block: usize, planes: PlaneSet) {
+    #[inline(always)]
+    fn siblings<F: Floats>(
+        &mut self,
+        level: u32,
+        nodes: &Range<u32>,
+        block: usize,
+        planes: PlaneSet,
+    ) {
         for (block, first) in (block..).zip(nodes.clone().step_by(8)) {
-            let (Some(boxes), Some(&held), Some(&least)) = (
-                self.sizing.arrays.child_blocks.get(block),
-                self.sizing.arrays.child_radii.get(block),
-                self.sizing.arrays.child_least_radii.get(block),
-            ) else {
-                return; // only in a damaged file
-            };
             let count = (nodes.end - first).min(8);
-            let radii = Held {
-                largest: held,
-                least,
-            };
-            self.eight(level, boxes, &radii, first, count, planes);
+            self.eight::<F>(level, block, first, count, planes);
         }
     }
 
@@ -206,39 +245,53 @@ impl Sweep<'_> {
         }
     }
 
-    #[inline]
-    fn eight(
+    #[inline(always)]
+    fn eight<F: Floats>(
         &mut self,
         level: u32,
-        boxes: &Eight,
-        held: &Held,
+        block: usize,
         first: u32,
         count: u32,
         planes: PlaneSet,
     ) {
+        let arrays = &self.sizing.arrays;
+        let (Some(boxes), Some(largest), Some(least)) = (
+            arrays.child_blocks.get(block),
+            arrays.child_radii.get(block),
+            arrays.child_least_radii.get(block),
+        ) else {
+            return; // only in a damaged file
+        };
         let visited = &mut self.stats.nodes_visited;
         *visited = visited.saturating_add(count);
-        let relations = self.sizing.filter.relations(boxes, planes);
+        let relations = self.sizing.filter.relations_in::<F>(boxes, planes);
         let visible = lanes::first(count) & !relations.outside;
         if visible == 0 {
             return;
         }
-        let distances = self.sizing.filter.distances(boxes);
-        let small = self.sizing.least.impossible_radii(&distances);
-        let large = self.sizing.large_enough(held.largest, small, visible);
+        let distances = self.sizing.filter.distances_in::<F>(boxes);
+        let large = self
+            .sizing
+            .large_enough(F::of(largest), &distances, visible);
         if large == 0 {
             return;
         }
         let deeper = match self.sizing.arrays.hidden_radii.get(first as usize..) {
             Some(radii) if level > 0 => match radii.first_chunk::<8>() {
-                Some(&hidden) => self.sizing.large_enough(hidden.into(), small, large),
+                Some(hidden) => self
+                    .sizing
+                    .large_enough(F::of_slice(hidden), &distances, large),
                 None => 0, // only in a damaged file
             },
             _ => 0,
         };
-        let farthest = self.sizing.filter.farthest(boxes);
-        let sure = self.sizing.sure.certain_radii(&farthest);
-        let whole = large & relations.inside & lanes::of(held.least.simd_gt(sure));
+        let inside = large & relations.inside;
+        let whole = if inside == 0 {
+            0
+        } else {
+            let farthest = self.sizing.filter.farthest_in::<F>(boxes);
+            inside & self.sizing.sure.reached(F::of(least), &farthest)
+        };
         let planes = |lane| relations.open_planes(lane);
         self.own
             .nodes(&self.sizing.arrays, first, large, whole, planes);
@@ -267,33 +320,25 @@ impl Sweep<'_> {
             });
         }
     }
-
-    /// Lists the objects that a level adds: those that are sure.
-    #[inline(never)]
-    fn list(&mut self, next: &mut u32, ranges: &mut Ranges) {
-        let sizing = &mut self.sizing;
-        let arrays = sizing.arrays;
-        let tested = self
-            .own
-            .list(&arrays, next, ranges, |block, boxes, first, set, planes| {
-                sizing.sure(block, boxes, first, set, planes)
-            });
-        self.stats.objects_tested = self.stats.objects_tested.saturating_add(tested);
-    }
 }
 
 impl Sizing<'_> {
     /// Those of `set` that may hold something large enough.
-    #[inline]
-    fn large_enough(&mut self, radii: f32x8, small: f32x8, set: Lanes) -> Lanes {
-        let large = set & !lanes::of(radii.simd_lt(small));
+    #[inline(always)]
+    fn large_enough<F: Floats>(
+        &mut self,
+        radii: F,
+        distances: &EightDistances<F>,
+        set: Lanes,
+    ) -> Lanes {
+        let large = set & !self.least.missed(radii, distances);
         self.missed |= large != set;
         large
     }
 
     /// Which of eight objects are drawn for sure; lists those of the border.
-    #[inline]
-    fn sure(
+    #[inline(always)]
+    fn sure<F: Floats>(
         &mut self,
         block: usize,
         boxes: &Eight,
@@ -301,11 +346,12 @@ impl Sizing<'_> {
         set: Lanes,
         planes: PlaneSet,
     ) -> Lanes {
-        let Some(&radii) = self.arrays.own_radii.get(block) else {
+        let Some(radii) = self.arrays.own_radii.get(block) else {
             return 0; // only in a damaged file
         };
-        let seen = self.seen(boxes, first, set, planes);
-        let distances = self.filter.distances(boxes);
+        let radii = F::of(radii);
+        let seen = self.seen::<F>(boxes, first, set, planes);
+        let distances = self.filter.distances_in::<F>(boxes);
         let sure = seen & self.sure.reached(radii, &distances);
         let rest = seen ^ sure;
         if rest == 0 {
@@ -320,12 +366,12 @@ impl Sizing<'_> {
     }
 
     /// Which of eight objects are not outside one of `planes`.
-    #[inline]
-    fn seen(&self, boxes: &Eight, first: u32, set: Lanes, planes: PlaneSet) -> Lanes {
+    #[inline(always)]
+    fn seen<F: Floats>(&self, boxes: &Eight, first: u32, set: Lanes, planes: PlaneSet) -> Lanes {
         if planes == 0 {
             return set;
         }
-        let (outside, touching) = self.filter.outside_or_touching(boxes, planes);
+        let (outside, touching) = self.filter.outside_or_touching_in::<F>(boxes, planes);
         let open = set & !(outside | touching);
         if open == 0 {
             return set & touching;

@@ -1,0 +1,193 @@
+//! Eight f32 at a time, in the widest registers there are.
+//!
+//! Every operation is a single IEEE one, none fused, so the bits are the same in two registers of
+//! four and in one of eight. What is worth it is compiled twice and chosen where it runs
+//! ([`widest`]); there everything on the way must be inlined, so that it is compiled for the
+//! instructions of its caller.
+
+use std::ops::{Add, BitOr, Mul, Sub};
+
+use wide::f32x8;
+
+use super::Lanes;
+
+/// Eight numbers.
+pub trait Floats:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + BitOr<Output = Self>
+{
+    /// As they lie in memory.
+    fn of(floats: &f32x8) -> Self;
+    /// As they lie in memory, wherever that begins.
+    fn of_slice(floats: &[f32; 8]) -> Self;
+    /// The same number eight times.
+    fn splat(float: f32) -> Self;
+    /// The larger, or the other where one is no number.
+    #[must_use]
+    fn larger(self, other: Self) -> Self;
+    /// Without signs.
+    #[must_use]
+    fn abs(self) -> Self;
+    /// Those that are less than the others.
+    fn less(self, other: Self) -> Lanes;
+    /// Those whose sign is negative.
+    fn negative(self) -> Lanes;
+}
+
+impl Floats for f32x8 {
+    #[inline(always)]
+    fn of(floats: &f32x8) -> Self {
+        *floats
+    }
+
+    #[inline(always)]
+    fn of_slice(floats: &[f32; 8]) -> Self {
+        Self::from(*floats)
+    }
+
+    #[inline(always)]
+    fn splat(float: f32) -> Self {
+        f32x8::splat(float)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32x8::abs(self)
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> Lanes {
+        self.simd_lt(other).to_bitmask()
+    }
+
+    #[inline(always)]
+    fn negative(self) -> Lanes {
+        self.to_bitmask()
+    }
+}
+
+/// Work that is compiled for each kind of register.
+pub trait Work {
+    /// What comes of it.
+    type Output;
+
+    /// Does it. To be inlined, with all it calls that handles `F`.
+    fn run<F: Floats>(self) -> Self::Output;
+}
+
+/// Does the work in the widest registers of this machine.
+#[inline]
+pub fn widest<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(output) = avx2::available() {
+        return avx2::run(output, work);
+    }
+    work.run::<f32x8>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[expect(
+    unsafe_code,
+    reason = "instructions that not every machine has: all are behind `available`"
+)]
+mod avx2 {
+    use std::arch::x86_64::{
+        __m256, _CMP_LT_OQ, _mm256_add_ps, _mm256_andnot_ps, _mm256_cmp_ps, _mm256_loadu_ps,
+        _mm256_max_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps,
+        _mm256_sub_ps,
+    };
+    use std::ops::{Add, BitOr, Mul, Sub};
+
+    use wide::f32x8;
+
+    use super::{Floats, Work};
+    use crate::geom::Lanes;
+
+    /// Proof that this machine has AVX2.
+    #[derive(Clone, Copy)]
+    pub(super) struct Available(());
+
+    #[inline]
+    pub(super) fn available() -> Option<Available> {
+        let known = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2");
+        known.then_some(Available(()))
+    }
+
+    #[inline]
+    pub(super) fn run<W: Work>(_: Available, work: W) -> W::Output {
+        // SAFETY: there is proof that the machine has these instructions.
+        unsafe { compiled(work) }
+    }
+
+    #[target_feature(enable = "avx2,bmi1,bmi2")]
+    fn compiled<W: Work>(work: W) -> W::Output {
+        work.run::<Avx2>()
+    }
+
+    /// Eight numbers in one register. There are none but in work that [`run`] does.
+    #[derive(Clone, Copy)]
+    struct Avx2(__m256);
+
+    macro_rules! operation {
+        ($trait:ident $function:ident $instruction:ident) => {
+            impl $trait for Avx2 {
+                type Output = Self;
+
+                #[inline(always)]
+                fn $function(self, other: Self) -> Self {
+                    // SAFETY: only what runs behind `available` has such numbers.
+                    Self(unsafe { $instruction(self.0, other.0) })
+                }
+            }
+        };
+    }
+
+    operation!(Add add _mm256_add_ps);
+    operation!(Sub sub _mm256_sub_ps);
+    operation!(Mul mul _mm256_mul_ps);
+    operation!(BitOr bitor _mm256_or_ps);
+
+    // SAFETY of all blocks: as above. Loads read the eight numbers of a reference.
+    impl Floats for Avx2 {
+        #[inline(always)]
+        fn of(floats: &f32x8) -> Self {
+            Self(unsafe { _mm256_loadu_ps(floats.as_array().as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn of_slice(floats: &[f32; 8]) -> Self {
+            Self(unsafe { _mm256_loadu_ps(floats.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn splat(float: f32) -> Self {
+            Self(unsafe { _mm256_set1_ps(float) })
+        }
+
+        #[inline(always)]
+        fn larger(self, other: Self) -> Self {
+            Self(unsafe { _mm256_max_ps(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+        }
+
+        #[inline(always)]
+        fn less(self, other: Self) -> Lanes {
+            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as Lanes }
+        }
+
+        #[inline(always)]
+        fn negative(self) -> Lanes {
+            unsafe { _mm256_movemask_ps(self.0) as Lanes }
+        }
+    }
+}
