@@ -31,6 +31,8 @@ pub trait Floats:
     fn less(self, other: Self) -> Lanes;
     /// Those whose sign is negative.
     fn negative(self) -> Lanes;
+    /// One by one.
+    fn to_array(self) -> [f32; 8];
 }
 
 impl Floats for f32x8 {
@@ -68,6 +70,11 @@ impl Floats for f32x8 {
     fn negative(self) -> Lanes {
         self.to_bitmask()
     }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; 8] {
+        f32x8::to_array(self)
+    }
 }
 
 /// Work that is compiled for each kind of register.
@@ -98,7 +105,7 @@ mod avx2 {
     use std::arch::x86_64::{
         __m256, _CMP_LT_OQ, _mm256_add_ps, _mm256_andnot_ps, _mm256_cmp_ps, _mm256_loadu_ps,
         _mm256_max_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps,
-        _mm256_sub_ps,
+        _mm256_storeu_ps, _mm256_sub_ps,
     };
     use std::ops::{Add, BitOr, Mul, Sub};
 
@@ -188,6 +195,82 @@ mod avx2 {
         #[inline(always)]
         fn negative(self) -> Lanes {
             unsafe { _mm256_movemask_ps(self.0) as Lanes }
+        }
+
+        #[inline(always)]
+        fn to_array(self) -> [f32; 8] {
+            let mut floats = [0.0; 8];
+            unsafe { _mm256_storeu_ps(floats.as_mut_ptr(), self.0) };
+            floats
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    /// Every operation on two times eight numbers.
+    struct All([f32x8; 2]);
+
+    impl Work for All {
+        type Output = ([[u32; 8]; 8], [Lanes; 3]);
+
+        #[inline(always)]
+        fn run<F: Floats>(self) -> Self::Output {
+            let Self([a, b]) = self;
+            let (x, y) = (F::of(&a), F::of_slice(b.as_array()));
+            let all = [
+                x + y,
+                x - y,
+                x * y,
+                x | y,
+                x.larger(y),
+                x.abs(),
+                F::splat(a.as_array()[0]),
+                y,
+            ];
+            (
+                all.map(|floats| floats.to_array().map(f32::to_bits)),
+                [x.less(y), y.less(x), x.negative()],
+            )
+        }
+    }
+
+    #[test]
+    fn registers_of_eight_give_the_bits_of_registers_of_four() {
+        let mut random = rand_pcg::Pcg64::seed_from_u64(7);
+        // Any number, infinities and those too small to be normal too. What is no number comes of
+        // infinities only: of two such the compiler may keep either.
+        let special = [
+            0.0,
+            -0.0,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::MAX,
+            1e-45,
+            1.0,
+            -1.0,
+        ];
+        for _ in 0..100_000 {
+            let mut eight = || {
+                f32x8::from(std::array::from_fn::<f32, 8, _>(|_| {
+                    if random.random_range(0..4) == 0 {
+                        special[random.random_range(0..special.len())]
+                    } else {
+                        let any = f32::from_bits(random.random());
+                        if any.is_nan() { 1.0 } else { any }
+                    }
+                }))
+            };
+            let numbers = [eight(), eight()];
+            assert_eq!(
+                widest(All(numbers)),
+                All(numbers).run::<f32x8>(),
+                "{numbers:?}"
+            );
         }
     }
 }

@@ -1,14 +1,6 @@
 //! Runs of siblings in a set of eight.
 
-use wide::f32x8;
-
 use crate::geom::{ALL_LANES, Lanes};
-
-/// The lanes where a comparison holds.
-#[inline]
-pub(super) fn of(holds: f32x8) -> Lanes {
-    holds.to_bitmask()
-}
 
 /// The first `count` lanes, at most eight.
 #[inline]

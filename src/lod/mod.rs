@@ -12,11 +12,14 @@ mod error;
 mod gather;
 mod lanes;
 mod mode;
+mod omitted;
 mod range;
 mod ranges;
 mod retrieve;
 mod search;
 mod selection;
+mod settle;
+mod sizing;
 mod survey;
 mod sweep;
 

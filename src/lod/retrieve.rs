@@ -19,13 +19,12 @@
 
 use std::ops::Range;
 
-use wide::f32x8;
-
 use super::descent::Descent;
 use super::gather::{Gathered, not_outside};
 use super::lanes;
 use super::ranges::Ranges;
 use super::selection::Stats;
+use super::settle::Settled;
 use super::{RangeLod, Selection};
 use crate::geom::{
     Aabb, Eight, EightDistances, EightRelations, Filter, Lanes, LargestSize, PixelScale, PlaneSet,
@@ -107,7 +106,7 @@ pub(super) struct Walk {
 
 /// Neighbouring nodes: what is left to ask of them.
 #[derive(Debug, Clone)]
-enum Open {
+pub(super) enum Open {
     /// The children of a node nearer than its range.
     Near {
         nodes: Range<u32>,
@@ -130,30 +129,23 @@ enum Open {
     Whole { nodes: Range<u32>, cut: u32 },
 }
 
-/// Siblings that lie wholly in the range of one level, and which level that is.
-#[derive(Default)]
-struct Settled {
-    set: Lanes,
-    at: [u8; 8],
-}
-
-struct Traversal<'a> {
-    arrays: Arrays<'a>,
-    view: &'a View,
-    filter: &'a Filter,
-    far: &'a [Threshold],
+pub(super) struct Traversal<'a> {
+    pub(super) arrays: Arrays<'a>,
+    pub(super) view: &'a View,
+    pub(super) filter: &'a Filter,
+    pub(super) far: &'a [Threshold],
     /// How many levels have a range; those above pass through.
-    ranged_levels: u32,
+    pub(super) ranged_levels: u32,
     /// Level of the root.
-    root: u32,
+    pub(super) root: u32,
     /// Hidden radii of all nodes at which the walk stopped.
-    omitted: LargestSize,
-    stats: Stats,
-    descent: Descent,
-    below: &'a mut Vec<Open>,
-    own: &'a mut Gathered,
+    pub(super) omitted: LargestSize,
+    pub(super) stats: Stats,
+    pub(super) descent: Descent,
+    pub(super) below: &'a mut Vec<Open>,
+    pub(super) own: &'a mut Gathered,
     /// Of nodes whose ancestors pass through.
-    representatives: &'a mut Vec<u32>,
+    pub(super) representatives: &'a mut Vec<u32>,
 }
 
 impl Traversal<'_> {
@@ -282,41 +274,6 @@ impl Traversal<'_> {
             .fold(0, |set, lane| set | 1 << lane)
     }
 
-    /// Which of `nearer` lie wholly in the range of one level below theirs, and in which: what is
-    /// stored below that level is left out.
-    #[inline]
-    fn settle(
-        &mut self,
-        level: u32,
-        first: u32,
-        boxes: &Eight,
-        distances: &EightDistances,
-        nearer: Lanes,
-    ) -> Settled {
-        let farthest = self.filter.farthest(boxes);
-        let mut settled = Settled::default();
-        let mut open = nearer;
-        let ranges = self.far.iter().take(level as usize);
-        let mut below: Option<&Threshold> = None;
-        for (cut, far) in (0..).zip(ranges) {
-            if let Some(below) = below.replace(far) {
-                open &= !settled.set & distances.not_nearer(below);
-                if open == 0 {
-                    break;
-                }
-            }
-            let set = open & farthest.nearer(far);
-            settled.set |= set;
-            if cut > 0 && set != 0 {
-                self.note_hidden(cut, level, first, distances, set);
-                for lane in lanes::each(set) {
-                    settled.at[lane as usize & 7] = cut as u8;
-                }
-            }
-        }
-        settled
-    }
-
     /// Steps 4 and 6 for siblings nearer than their range.
     #[inline]
     fn descend(
@@ -363,80 +320,9 @@ impl Traversal<'_> {
         }
     }
 
-    /// Step 6 where the distance is settled.
-    #[inline]
-    fn open_settled(&mut self, level: u32, node: u32, planes: PlaneSet, cut: u32) {
-        if level > cut
-            && let Some((nodes, block)) = self.children(node)
-        {
-            self.below.push(Open::Settled {
-                nodes,
-                block,
-                planes,
-                cut,
-            });
-        }
-    }
-
-    /// Step 6 where the frustum is settled too, for a node whose own objects have been added,
-    /// unless it passes through.
-    #[inline]
-    fn whole(&mut self, level: u32, node: u32, cut: u32) {
-        if level >= self.ranged_levels {
-            if level < self.root {
-                self.add_representative(node, 0);
-            }
-            self.own.whole(&self.arrays, &(node..node + 1));
-        }
-        self.open_whole(level, node..node + 1, cut);
-    }
-
-    #[inline]
-    fn open_whole(&mut self, level: u32, nodes: Range<u32>, cut: u32) {
-        if level > cut
-            && let Some(nodes) = self.descent.children(&self.arrays, nodes)
-        {
-            match self.below.last_mut() {
-                Some(Open::Whole {
-                    nodes: last,
-                    cut: same,
-                }) if last.end == nodes.start && *same == cut => last.end = nodes.end,
-                _ => self.below.push(Open::Whole { nodes, cut }),
-            }
-        }
-    }
-
-    /// `count` siblings of which the distance is settled.
-    #[inline]
-    fn settled(
-        &mut self,
-        level: u32,
-        boxes: &Eight,
-        first: u32,
-        count: u32,
-        planes: PlaneSet,
-        cut: u32,
-    ) {
-        let relations = self.filter.relations(boxes, planes);
-        let visible = lanes::first(count) & !relations.outside;
-        if level < self.ranged_levels {
-            self.add(level, first, visible, &relations);
-        }
-        if level == cut {
-            return;
-        }
-        for lane in lanes::each(visible) {
-            if lanes::has(relations.inside, lane) {
-                self.whole(level, first + lane, cut);
-            } else {
-                self.open_settled(level, first + lane, relations.open_planes(lane), cut);
-            }
-        }
-    }
-
     /// The children of a node, and where their boxes begin.
     #[inline]
-    fn children(&mut self, node: u32) -> Option<(Range<u32>, u32)> {
+    pub(super) fn children(&mut self, node: u32) -> Option<(Range<u32>, u32)> {
         let block = *self.arrays.child_block_starts.get(node as usize)?;
         let nodes = self.descent.children(&self.arrays, node..node + 1)?;
         Some((nodes, block))
@@ -445,7 +331,7 @@ impl Traversal<'_> {
     /// Adds the objects of the siblings in `set`, which have a range: all of those inside the
     /// frustum (step 3), of others what is not outside (step 5).
     #[inline]
-    fn add(&mut self, level: u32, first: u32, set: Lanes, relations: &EightRelations) {
+    pub(super) fn add(&mut self, level: u32, first: u32, set: Lanes, relations: &EightRelations) {
         if level < self.root && level + 1 == self.ranged_levels {
             for lane in lanes::each(set) {
                 self.add_representative(first + lane, relations.open_planes(lane));
@@ -459,7 +345,7 @@ impl Traversal<'_> {
     /// Adds the object that stands for `node`, stored with an ancestor that has added nothing,
     /// unless it is outside one of `planes`.
     #[cold]
-    fn add_representative(&mut self, node: u32, planes: PlaneSet) {
+    pub(super) fn add_representative(&mut self, node: u32, planes: PlaneSet) {
         let Some(&object) = self.arrays.representatives.get(node as usize) else {
             return;
         };
@@ -502,60 +388,5 @@ impl Traversal<'_> {
                 }
             });
         self.stats.objects_tested = self.stats.objects_tested.saturating_add(tested);
-    }
-
-    fn hidden(&self, node: u32) -> f32 {
-        let hidden = self.arrays.hidden_radii.get(node as usize);
-        hidden.copied().unwrap_or(f32::INFINITY)
-    }
-
-    /// Largest radius of the objects that stand for `nodes`.
-    #[cold]
-    fn promoted(&self, nodes: &Range<u32>) -> f32 {
-        let representatives = self.arrays.representatives;
-        let radius = |&object: &u32| {
-            let bounds = Aabb::nth(self.arrays.object_boxes, object);
-            bounds.map_or(f32::INFINITY, |b| (b.radius() as f32).next_up())
-        };
-        let range = nodes.start as usize..nodes.end as usize;
-        representatives.get(range).map_or(f32::INFINITY, |all| {
-            all.iter().map(radius).fold(0.0, f32::max)
-        })
-    }
-
-    /// Keeps the largest size on the screen of what is stored at levels lower than `cut` below the
-    /// nodes of `level` in the set `stopped`.
-    #[inline]
-    fn note_hidden(
-        &mut self,
-        cut: u32,
-        level: u32,
-        first: u32,
-        distances: &EightDistances,
-        stopped: Lanes,
-    ) {
-        if let Some(&radii) = self.arrays.hidden_below(cut, level, first) {
-            let radii = f32x8::from(radii);
-            if self.omitted.exceeding(radii, distances, stopped) != 0 {
-                self.omitted.raise(radii, distances, stopped);
-            }
-        }
-    }
-
-    /// The same for nodes left out altogether: what they hold is hidden below their parent, and
-    /// no larger than their box.
-    #[inline]
-    fn note_beyond(
-        &mut self,
-        boxes: &Eight,
-        distances: &EightDistances,
-        beyond: Lanes,
-        parent_hidden: f32,
-    ) {
-        let hidden = f32x8::splat(parent_hidden);
-        if self.omitted.exceeding(hidden, distances, beyond) != 0 {
-            let radii = Filter::radii(boxes).fast_min(hidden);
-            self.omitted.raise(radii, distances, beyond);
-        }
     }
 }

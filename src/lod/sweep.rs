@@ -12,9 +12,10 @@ use std::ops::Range;
 
 use super::budget::Last;
 use super::descent::Descent;
-use super::gather::{Gathered, not_outside};
+use super::gather::Gathered;
 use super::ranges::Ranges;
 use super::selection::Stats;
+use super::sizing::Sizing;
 use super::survey::Survey;
 use super::{Selection, lanes};
 use crate::geom::{
@@ -137,18 +138,6 @@ struct Sweep<'a> {
     descent: Descent,
     below: &'a mut Vec<Open>,
     own: &'a mut Gathered,
-}
-
-/// What is asked of sizes.
-struct Sizing<'a> {
-    arrays: Arrays<'a>,
-    view: &'a View,
-    filter: &'a Filter,
-    sure: SizeThreshold,
-    least: SizeThreshold,
-    /// Whether something was too small.
-    missed: bool,
-    border: &'a mut Vec<Sized>,
 }
 
 /// Decides of the nodes of a level.
@@ -319,84 +308,5 @@ impl Sweep<'_> {
                 planes,
             });
         }
-    }
-}
-
-impl Sizing<'_> {
-    /// Those of `set` that may hold something large enough.
-    #[inline(always)]
-    fn large_enough<F: Floats>(
-        &mut self,
-        radii: F,
-        distances: &EightDistances<F>,
-        set: Lanes,
-    ) -> Lanes {
-        let large = set & !self.least.missed(radii, distances);
-        self.missed |= large != set;
-        large
-    }
-
-    /// Which of eight objects are drawn for sure; lists those of the border.
-    #[inline(always)]
-    fn sure<F: Floats>(
-        &mut self,
-        block: usize,
-        boxes: &Eight,
-        first: u32,
-        set: Lanes,
-        planes: PlaneSet,
-    ) -> Lanes {
-        let Some(radii) = self.arrays.own_radii.get(block) else {
-            return 0; // only in a damaged file
-        };
-        let radii = F::of(radii);
-        let seen = self.seen::<F>(boxes, first, set, planes);
-        let distances = self.filter.distances_in::<F>(boxes);
-        let sure = seen & self.sure.reached(radii, &distances);
-        let rest = seen ^ sure;
-        if rest == 0 {
-            return sure;
-        }
-        let open = rest & !self.least.missed(radii, &distances);
-        self.missed |= open != rest;
-        if open == 0 {
-            return sure;
-        }
-        sure | self.decide(first, open)
-    }
-
-    /// Which of eight objects are not outside one of `planes`.
-    #[inline(always)]
-    fn seen<F: Floats>(&self, boxes: &Eight, first: u32, set: Lanes, planes: PlaneSet) -> Lanes {
-        if planes == 0 {
-            return set;
-        }
-        let (outside, touching) = self.filter.outside_or_touching_in::<F>(boxes, planes);
-        let open = set & !(outside | touching);
-        if open == 0 {
-            return set & touching;
-        }
-        set & touching | not_outside(self.view, self.arrays.object_boxes, first, open)
-    }
-
-    /// Which of eight objects are sure, decided in f64; lists those of the border.
-    #[inline(never)]
-    fn decide(&mut self, first: u32, set: Lanes) -> Lanes {
-        let mut sure = 0;
-        for lane in lanes::each(set) {
-            let object = first + lane;
-            let Some(exact) = Aabb::nth(self.arrays.object_boxes, object) else {
-                continue; // only in a damaged file
-            };
-            let size = self.view.size_px(&exact);
-            if size >= self.sure.px && self.sure.px < f64::INFINITY {
-                sure |= 1 << lane;
-            } else if size >= self.least.px {
-                self.border.push(Sized { size, object });
-            } else {
-                self.missed = true;
-            }
-        }
-        sure
     }
 }
