@@ -63,7 +63,7 @@ pub(super) struct ImportArgs {
     /// GeoJSON property with the height in metres [default: height, measuredHeight, …]
     #[arg(long)]
     pub height: Option<String>,
-    /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion
+    /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion, terrain
     #[arg(long, value_name = "FILE")]
     pub effects: Option<PathBuf>,
     /// Warnings to show; the rest are counted
@@ -85,7 +85,7 @@ pub(super) struct GenerateArgs {
     /// What makes an object stand for its neighbours; .citylod only [default: tallest]
     #[arg(long)]
     pub promote: Option<PromoteArg>,
-    /// JSON file that declares motion, haze, occlusion; .citylod only
+    /// JSON file that declares motion, haze, occlusion, terrain; .citylod only
     #[arg(long, value_name = "FILE")]
     pub effects: Option<PathBuf>,
 }
@@ -171,6 +171,9 @@ pub(super) struct QueryArgs {
     /// With the pixels of each object, where the city declares occlusion
     #[arg(long, requires = "json")]
     pub visible_pixels: bool,
+    /// With the patches of the ground, where the city declares terrain
+    #[arg(long, requires = "json")]
+    pub patches: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -329,6 +332,7 @@ pub(super) enum EffectArg {
     Motion,
     Haze,
     Occlusion,
+    Terrain,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

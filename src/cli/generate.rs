@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 
 use super::args::{GenerateArgs, extension, misuse};
 use super::effects::declared;
-use super::{glb, progress, text};
+use super::{glb, ground, progress, text};
 use crate::index;
 use crate::scene::{CityParams, Scene, generate};
 
@@ -32,6 +32,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         let promotion = args.promote.map(Into::into).unwrap_or_default();
         let tree = index::build(&scene, promotion)?;
         tree.save(&args.output)?;
+        ground::warn_of_other(&args.output);
         text::summary(&tree)
     };
     spinner.finish_and_clear();

@@ -59,6 +59,7 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
     spinner.set_message("writing");
     tree.save(output)?;
     spinner.finish_and_clear();
+    ground::warn_of_other(output);
     eprintln!("{}: {}", output.display(), text::summary(&tree));
     Ok(())
 }

@@ -12,7 +12,7 @@ use crate::terrain::pyramid::Pyramid;
 
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let tree = LodTree::open_verified(&args.file)?;
-    let ground = ground::of_city(&args.file, args.check)?;
+    let ground = ground::of_city(&args.file, &tree)?;
     let mut out = BufWriter::new(io::stdout().lock());
     if args.objects {
         objects(&tree, &mut out)?;
@@ -117,8 +117,14 @@ fn table(
     writeln!(out, "promotion  {promotion}")?;
     let effects = serde_json::to_string(tree.effects()).unwrap_or_default();
     writeln!(out, "effects    {effects}")?;
-    if let Some(ground) = ground {
-        writeln!(out, "ground     {}", ground::line(ground))?;
+    match ground {
+        Some(ground) => writeln!(out, "ground     {}", ground::line(ground))?,
+        None if tree.effects().terrain.is_some() => writeln!(
+            out,
+            "ground     none yet: citylod import ELEVATION --into {}",
+            args.file.display()
+        )?,
+        None => {}
     }
     if !bounds.is_empty() {
         writeln!(

@@ -8,20 +8,25 @@ use serde::Serialize;
 use super::args::QueryArgs;
 use super::select::{Selected, select};
 use super::text;
+use crate::effects::terrain::Drawn;
 use crate::frame::Effects;
-use crate::service::Tail;
+use crate::service::{Lists, Tail};
 
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
     let Selected { tree, frame, .. } = select(&args.select, "query", args.repeat)?;
     let selection = frame.selection();
     let mut out = BufWriter::new(io::stdout().lock());
     if args.json {
+        let lists = Lists {
+            pixels: args.visible_pixels,
+            patches: args.patches,
+        };
         let answer = Answer {
             scene: args.select.file.file_stem().map(OsStr::to_string_lossy),
             revision: tree.revision(),
             count: selection.count(),
             ids: selection.objects().filter_map(|o| tree.id(o)).collect(),
-            tail: Tail::of(&frame, args.visible_pixels),
+            tail: Tail::of(&frame, lists),
         };
         serde_json::to_writer(&mut out, &answer).map_err(io::Error::from)?;
         writeln!(out)?;
@@ -62,7 +67,23 @@ fn effects(ran: &Effects) -> String {
         let (hidden, us) = (text::grouped(ran.result.into()), took(ran.took));
         format!("; occlusion hid {hidden} in {us:.0} us")
     });
-    [motion, haze, occlusion].into_iter().flatten().collect()
+    let terrain = ran.terrain.map(|ran| {
+        let Drawn {
+            patches,
+            triangles,
+            error_px,
+        } = ran.result;
+        format!(
+            "; terrain draws {} between posts of {}, within {error_px:.1} pixels, in {:.0} us",
+            text::counted(triangles as u64, "triangle"),
+            text::counted(patches.into(), "tile"),
+            took(ran.took)
+        )
+    });
+    [motion, haze, occlusion, terrain]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// The answer of the HTTP service, in its order.

@@ -6,7 +6,7 @@ use super::args::{RenderArgs, TintArg, misuse};
 use super::select::{Selected, select};
 use super::text;
 use crate::index::replace_file;
-use crate::raster::{Solid, paint};
+use crate::raster::{Relief, Solid, paint, paint_on};
 
 /// Longest side of a picture, pixels: one of 4096 x 4096 takes 0.8 GB to paint.
 const LONGEST_SIDE: u32 = 4096;
@@ -17,7 +17,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         let reason = format!("--size: pictures have at most {LONGEST_SIDE} pixels a side");
         return Err(misuse("render", reason).into());
     }
-    let Selected { tree, view, frame } = select(&args.select, "render", 1)?;
+    let Selected {
+        tree,
+        land,
+        view,
+        frame,
+    } = select(&args.select, "render", 1)?;
     let selection = frame.selection();
     let objects = selection.objects().filter_map(|number| tree.object(number));
     let solids: Vec<Solid> = objects
@@ -26,8 +31,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             TintArg::Level => Solid::by_level(object.bounds, object.class, object.level),
         })
         .collect();
-    let ground_z = tree.bounds().min().z;
-    let picture = paint(&view, size, &solids, ground_z);
+    let picture = match (frame.surface(), &land) {
+        (Some(surface), Some(land)) => {
+            let (corners, triangles) = surface.mesh(land);
+            paint_on(&view, size, &solids, &Relief::new(corners, triangles))
+        }
+        _ => paint(&view, size, &solids, tree.bounds().min().z),
+    };
     replace_file(&args.output, |file| {
         let mut out = BufWriter::new(file);
         picture.write_png(&mut out)?;

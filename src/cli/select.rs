@@ -5,6 +5,8 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 
 use super::args::{BeyondArg, CullingArg, EffectArg, SelectArgs, misuse};
+use super::ground;
+use crate::effects::terrain::Land;
 use crate::frame::{Active, Culling, Frame};
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
@@ -14,6 +16,8 @@ use crate::scene::Effects;
 /// A city, a camera and what it draws.
 pub(super) struct Selected {
     pub tree: LodTree,
+    /// The ground, where the city declares terrain.
+    pub land: Option<Land>,
     pub view: View,
     pub frame: Frame,
 }
@@ -28,13 +32,24 @@ pub(super) fn select(args: &SelectArgs, verb: &str, times: u32) -> Result<Select
         return Err(wrong("speed_mps", &reason).into());
     }
     let tree = LodTree::open_verified(&args.file)?;
+    let land = ground::land(&args.file, &tree)?;
     let active = active(args, tree.effects())?;
     let mut frame = Frame::default();
     let start = Instant::now();
     for _ in 0..times {
-        frame.work_out(&tree, &view, &lod, &active, || start.elapsed());
+        match &land {
+            Some(land) => {
+                frame.work_out_on(land, &tree, &view, &lod, &active, || start.elapsed());
+            }
+            None => frame.work_out(&tree, &view, &lod, &active, || start.elapsed()),
+        }
     }
-    Ok(Selected { tree, view, frame })
+    Ok(Selected {
+        tree,
+        land,
+        view,
+        frame,
+    })
 }
 
 /// What the city declares, less what is switched off.
@@ -49,11 +64,13 @@ fn active(args: &SelectArgs, declared: &Effects) -> Result<Active> {
             EffectArg::Motion => ("motion", declared.motion.is_some()),
             EffectArg::Haze => ("haze", declared.haze.is_some()),
             EffectArg::Occlusion => ("occlusion", declared.occlusion.is_some()),
+            EffectArg::Terrain => ("terrain", declared.terrain.is_some()),
         };
         match effect {
             EffectArg::Motion => active.motion = None,
             EffectArg::Haze => active.haze = None,
             EffectArg::Occlusion => active.occlusion = None,
+            EffectArg::Terrain => active.terrain = None,
         }
         if !was_declared {
             bail!(

@@ -6,7 +6,7 @@ use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
 use super::args::{LogFormatArg, ServeArgs};
-use super::progress;
+use super::{ground, progress};
 use crate::index::{self, LodTree, Promotion};
 use crate::scene::{CityParams, generate};
 use crate::service::{Config, Scenes, serve};
@@ -69,8 +69,9 @@ fn scenes(args: &ServeArgs, spinner: &ProgressBar) -> Result<Scenes> {
         spinner.set_message(format!("opening {}", file.display()));
         let tree = LodTree::open_verified(file)?;
         let name = Scenes::name_of(file)?;
+        let land = ground::land(file, &tree)?;
         scenes
-            .insert(name, tree)
+            .insert_on(name, tree, land)
             .with_context(|| file.display().to_string())?;
     }
     if scenes.is_empty() {

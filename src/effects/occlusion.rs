@@ -3,12 +3,15 @@
 //! All selected objects are drawn as boxes into an id-buffer; who covers too few pixels goes. A
 //! box covers at least what its object covers, so an object may be hidden by the corners of a box
 //! that its mesh does not fill: buildings askew to the axes hide somewhat more than they would.
-//! Objects around the eye hide nothing and stay.
+//! Objects around the eye hide nothing and stay. Where the frame draws ground, that hides too.
 
-use crate::geom::{Aabb, View};
+use crate::geom::{Aabb, DVec3, View};
 use crate::lod::Selection;
-use crate::raster::{IdBuffer, Projector};
+use crate::raster::{IdBuffer, NONE, Projector};
 use crate::scene;
+
+/// The id of the ground in the buffer: no object has so high a number.
+const GROUND: u32 = NONE - 1;
 
 /// Takes out the hidden objects. Kept and used again, it allocates little.
 #[derive(Debug, Default)]
@@ -20,12 +23,14 @@ pub struct Occluder {
 
 impl Occluder {
     /// Takes out of `selection` what covers fewer pixels than declared, and tells how many there
-    /// were. `boxes` are those of all objects, by number: min x, y, z, max x, y, z.
+    /// were. `boxes` are those of all objects, by number: min x, y, z, max x, y, z; `ground` are the
+    /// corners and triangles of the ground that is drawn, none where there is none.
     pub fn hide(
         &mut self,
         declared: &scene::Occlusion,
         view: &View,
         boxes: &[[f64; 6]],
+        (corners, triangles): (&[DVec3], &[[u32; 3]]),
         selection: &mut Selection,
     ) -> u32 {
         let size = buffer_size(declared.width_px, view);
@@ -36,6 +41,9 @@ impl Occluder {
         buffer.clear();
         self.seen.clear();
         let projector = Projector::new(view, size);
+        if !triangles.is_empty() {
+            buffer.draw_mesh(&projector, corners, triangles, GROUND);
+        }
         for object in selection.objects() {
             match Aabb::nth(boxes, object) {
                 Some(bounds) if bounds.distance(view.eye()) > 0.0 => {
@@ -47,7 +55,7 @@ impl Occluder {
         }
         let pixels = buffer.visible_pixels().into_iter();
         self.seen
-            .extend(pixels.filter(|(_, pixels)| *pixels >= declared.min_pixels));
+            .extend(pixels.filter(|&(id, px)| id != GROUND && px >= declared.min_pixels));
         self.seen.sort_unstable();
         let mut seen = self.seen.iter().map(|(object, _)| *object).peekable();
         selection.retain(|object| seen.next_if_eq(&object).is_some())

@@ -1,8 +1,8 @@
 //! One frame: a view and knobs → what to draw; and from the time that it takes, the knobs of the
 //! next ([`Feedback`]).
 //!
-//! knobs → motion → view → haze → [`lod::select`] → haze → occlusion → [`Frame::selection`]. An
-//! effect that is not active is a branch not taken.
+//! knobs → motion → view → haze → [`lod::select`] → haze → terrain → occlusion →
+//! [`Frame::selection`]. An effect that is not active is a branch not taken.
 //!
 //! Reads no clock: durations come in through an argument.
 
@@ -13,6 +13,7 @@ use std::time::Duration;
 pub use feedback::Feedback;
 
 use crate::effects::occlusion::Occluder;
+use crate::effects::terrain::{Drawn, Land, Surface};
 use crate::effects::{haze, motion};
 use crate::geom::{Aabb, SeparatingAxes, View};
 use crate::index::LodTree;
@@ -41,6 +42,8 @@ pub struct Active {
     pub haze: Option<scene::Haze>,
     /// Nothing that is hidden.
     pub occlusion: Option<scene::Occlusion>,
+    /// The ground too; [`Frame::work_out_on`] says which.
+    pub terrain: Option<scene::Terrain>,
 }
 
 impl Active {
@@ -50,6 +53,7 @@ impl Active {
             motion: declared.motion.map(|motion| (motion, speed_mps)),
             haze: declared.haze,
             occlusion: declared.occlusion,
+            terrain: declared.terrain,
             ..Self::default()
         }
     }
@@ -73,6 +77,8 @@ pub struct Effects {
     pub haze: Option<Ran<u32>>,
     /// How many selected objects it took out.
     pub occlusion: Option<Ran<u32>>,
+    /// What is drawn of the ground.
+    pub terrain: Option<Ran<Drawn>>,
 }
 
 /// The answer to a frame. Kept and used again, it allocates little.
@@ -81,12 +87,13 @@ pub struct Frame {
     selection: Selection,
     lod: Lod,
     occluder: Occluder,
+    surface: Surface,
     effects: Effects,
     retrieval: Duration,
 }
 
 impl Frame {
-    /// Works out what to draw.
+    /// Works out what to draw of a city without ground.
     ///
     /// `clock` tells the time since any fixed moment; `|| Duration::ZERO` where nobody asks what
     /// things took. Total, as retrieval is. Not inlined, so that its instructions can be counted.
@@ -99,6 +106,32 @@ impl Frame {
         active: &Active,
         clock: impl FnMut() -> Duration,
     ) {
+        self.work((tree, None), view, lod, active, clock);
+    }
+
+    /// Works out what to draw of a city and, where that is active, of its ground.
+    #[inline(never)]
+    pub fn work_out_on(
+        &mut self,
+        land: &Land,
+        tree: &LodTree,
+        view: &View,
+        lod: &Lod,
+        active: &Active,
+        clock: impl FnMut() -> Duration,
+    ) {
+        self.work((tree, Some(land)), view, lod, active, clock);
+    }
+
+    #[inline]
+    fn work(
+        &mut self,
+        (tree, land): (&LodTree, Option<&Land>),
+        view: &View,
+        lod: &Lod,
+        active: &Active,
+        clock: impl FnMut() -> Duration,
+    ) {
         self.effects = Effects::default();
         self.lod = *lod;
         let mut watch = Watch::new(clock);
@@ -106,13 +139,13 @@ impl Frame {
             lod::select(tree, view, lod, &mut self.selection);
             self.retrieval = watch.lap();
         } else {
-            self.with_effects(tree, view, active, &mut watch);
+            self.with_effects((tree, land), view, active, &mut watch);
         }
     }
 
     fn with_effects(
         &mut self,
-        tree: &LodTree,
+        (tree, land): (&LodTree, Option<&Land>),
         view: &View,
         active: &Active,
         watch: &mut Watch<impl FnMut() -> Duration>,
@@ -125,9 +158,21 @@ impl Frame {
         }
         self.retrieve(tree, view, active, watch);
         let boxes = tree.arrays().object_boxes;
+        let land = land.filter(|_| active.terrain.is_some());
+        if let (Some(declared), Some(land)) = (&active.terrain, land) {
+            let shortened = active.haze.map(|haze| haze::shortened(haze, view));
+            let view = shortened.as_ref().unwrap_or(view);
+            let slowdown = self.effects.motion.map_or(1.0, |motion| motion.result);
+            let result = self.surface.choose(declared, land, view, slowdown);
+            let took = watch.lap();
+            self.effects.terrain = Some(Ran { result, took });
+        }
         if let Some(declared) = &active.occlusion {
             let selection = &mut self.selection;
-            let result = self.occluder.hide(declared, view, boxes, selection);
+            let (corners, triangles) = land.map(|land| self.surface.mesh(land)).unwrap_or_default();
+            let ground = (&corners[..], &triangles[..]);
+            let occluder = &mut self.occluder;
+            let result = occluder.hide(declared, view, boxes, ground, selection);
             let took = watch.lap();
             self.effects.occlusion = Some(Ran { result, took });
         }
@@ -204,6 +249,11 @@ impl Frame {
             Some(_) => self.occluder.seen(),
             None => &[],
         }
+    }
+
+    /// Where terrain ran: what is drawn of the ground.
+    pub fn surface(&self) -> Option<&Surface> {
+        self.effects.terrain.map(|_| &self.surface)
     }
 
     /// Width × height of the id-buffer that occlusion was found with.

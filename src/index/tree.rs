@@ -196,6 +196,14 @@ impl LodTree {
         self.meta.effects()
     }
 
+    /// The same city with other effects declared.
+    #[must_use]
+    pub fn declaring(&self, effects: Effects) -> Self {
+        let meta = self.meta.declaring(effects);
+        let image = self.image.with_meta(&meta.to_json());
+        Self { image, meta }
+    }
+
     /// The kinds of object there are, sorted.
     pub fn classes(&self) -> &[CompactString] {
         self.meta.classes()

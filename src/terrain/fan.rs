@@ -80,7 +80,7 @@ impl Cut {
 
     /// Whether a quarter's triangles belong to its parent's fan: it is not split itself, not out
     /// of view and not a hole.
-    fn is_drawn(&self, ground: &Ground, quarter: Node) -> bool {
+    pub(super) fn is_drawn(&self, ground: &Ground, quarter: Node) -> bool {
         if quarter.level == self.levels().end {
             ground.record(quarter).has_ground()
         } else {

@@ -4,10 +4,10 @@ use super::criterion::{Criterion, KnobError, Knobs};
 use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
-use super::refine::{Judge, Workers};
+use super::refine::{Judge, Workers, error_px};
 use super::spare::spare_midpoints;
 use super::stitch::stitch;
-use crate::geom::{PixelScale, View};
+use crate::geom::View;
 
 /// How much of the ground's detail to draw.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,10 +61,36 @@ pub fn select(
     detail: &Detail,
     workers: Workers,
 ) -> Result<Selection, KnobError> {
+    select_within(ground, view, detail, f64::INFINITY, workers)
+}
+
+/// As [`select`], and besides what the criterion splits everything is split that would err by more
+/// than `max_error_px` on the screen.
+///
+/// Law: where all is drawn that was asked for ([`Selection::share`] 1) and `subdivide_within` is
+/// infinite, [`Selection::error_px`] is no more than `max_error_px`.
+///
+/// # Errors
+/// As [`select`], and for a `max_error_px` that is not above 0.
+pub fn select_within(
+    ground: &Ground,
+    view: &View,
+    detail: &Detail,
+    max_error_px: f64,
+    workers: Workers,
+) -> Result<Selection, KnobError> {
+    if max_error_px.is_nan() || max_error_px <= 0.0 {
+        return Err(KnobError {
+            knob: "max_error_px",
+            least: "above 0",
+            value: max_error_px,
+        });
+    }
     let judge = Judge::new(ground, view, detail)?;
     let with_share = |share: f64| {
         let judge = Judge {
             knobs: judge.criterion.share(&judge.knobs, share),
+            max_error_px: max_error_px / share,
             ..judge
         };
         let mut cut = judge.refine(workers);
@@ -107,6 +133,7 @@ impl<'a> Judge<'a> {
             view,
             criterion: detail.criterion,
             knobs: detail.knobs.checked()?,
+            max_error_px: f64::INFINITY,
         })
     }
 }
@@ -187,15 +214,4 @@ fn facet_error_px(ground: &Ground, view: &View, facet: &Facet) -> f64 {
     let error = side.map_or(record.whole, |side| record.skipped[side]);
     let distance = ground.bounds(node, &record).distance(view.eye());
     error_px(f64::from(error), distance, view)
-}
-
-/// Rounded up by more than the three roundings it takes.
-fn error_px(error: f64, distance: f64, view: &View) -> f64 {
-    let px = match view.pixels() {
-        _ if error == 0.0 => 0.0,
-        PixelScale::PerMetre(scale) => error * scale,
-        PixelScale::PerRadian(scale) if distance > 0.0 => error * scale / distance,
-        PixelScale::PerRadian(_) => f64::INFINITY,
-    };
-    px * (1.0 + 8.0 * f64::EPSILON)
 }

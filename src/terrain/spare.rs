@@ -43,7 +43,10 @@ impl Judge<'_> {
             self.ground.record(child).holes > 0
                 || child.level < cut.levels().end && cut.state(self.ground, child).is_split()
         };
-        busy(side) || busy((side + 1) % 4) || self.splits_side(node, side)
+        busy(side)
+            || busy((side + 1) % 4)
+            || self.splits_side(node, side)
+            || self.errs_without_midpoint(node, side)
     }
 
     /// Whether the criterion would split what errs as the side does without its midpoint, seen

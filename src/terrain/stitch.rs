@@ -98,7 +98,7 @@ impl Subdivide<'_> {
                 self.require(uncle);
             }
             for side in 0..4 {
-                if self.needs_midpoint(node, side)
+                if (self.needs_midpoint(node, side) || self.judge.errs_without_midpoint(node, side))
                     && let Some(neighbour) = node.across(side)
                 {
                     self.require(neighbour);

@@ -11,7 +11,7 @@ use super::super::metrics::StreamMetrics;
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
 use super::super::visible::request::{Form, Output, Request};
-use super::super::visible::{Naming, Resolved, Tail, size_of_ranges, with_frame};
+use super::super::visible::{Lists, Naming, Resolved, Tail, size_of_ranges, with_frame};
 use super::feedback::steered;
 use super::message::{self, Message};
 use crate::control::State;
@@ -165,7 +165,7 @@ impl Session {
     }
 
     fn resolve(&self, said: &Request) -> Result<Resolved, Problem> {
-        said.check_pixels(false, Naming::Pointer)?;
+        said.check_lists(false, false, Naming::Pointer)?;
         said.resolve(self.city.tree().effects(), Naming::Pointer)
     }
 
@@ -245,7 +245,7 @@ impl Session {
             count: selection.count(),
             add: &self.add,
             remove: &self.remove,
-            tail: Tail::of(frame, false),
+            tail: Tail::of(frame, Lists::default()),
             feedback: self
                 .standing
                 .far_dist

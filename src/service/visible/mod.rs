@@ -20,7 +20,7 @@ pub use answer::{COUNT, REVISION, size_of_ranges};
 pub use feedback::Feedback;
 pub use query::{Parameter, unknown};
 pub use resolve::{Naming, Resolved};
-pub use tail::Tail;
+pub use tail::{Lists, Tail};
 
 use super::body;
 use super::documents::make;
@@ -92,7 +92,7 @@ fn respond(
     if binary {
         request.output.check_binary(naming)?;
     }
-    request.check_pixels(binary, naming)?;
+    request.check_lists(true, binary, naming)?;
     let steered = match &request.feedback {
         Some(feedback) => {
             let (lod, steered) = feedback.steer(&asked.lod, naming)?;
@@ -110,7 +110,11 @@ fn respond(
             answer::describe(response.headers_mut(), city, selection, steered.as_ref());
             response
         } else {
-            let tail = Tail::of(frame, request.effects.visible_pixels());
+            let lists = Lists {
+                pixels: request.effects.visible_pixels(),
+                patches: request.effects.patches(),
+            };
+            let tail = Tail::of(frame, lists);
             let tail = tail.with_feedback(steered.as_ref());
             let body = make(size, || answer::json(city, form, selection, &tail));
             answer::response(body, HeaderValue::from_static(JSON))
@@ -123,8 +127,12 @@ pub fn with_frame<T>(city: &City, asked: &Resolved, then: impl FnOnce(&Frame) ->
     let Resolved { view, lod, active } = asked;
     let mut frame = FRAME.take();
     let start = Instant::now();
-    let mut work = || frame.work_out(city.tree(), view, lod, active, || start.elapsed());
-    if active.occlusion.is_some() || active.culling == Culling::Exact {
+    let mut work = || match city.land() {
+        Some(land) => frame.work_out_on(land, city.tree(), view, lod, active, || start.elapsed()),
+        None => frame.work_out(city.tree(), view, lod, active, || start.elapsed()),
+    };
+    let long = active.occlusion.is_some() || active.terrain.is_some();
+    if long || active.culling == Culling::Exact {
         make(usize::MAX, work); // as long as there are objects
     } else {
         work();

@@ -32,6 +32,7 @@ pub struct Pyramid {
     map: Mmap,
     tiling: Tiling,
     crs: Option<String>,
+    checksum: u32,
     sections: [Range<usize>; Section::ALL.len()],
 }
 
@@ -87,13 +88,14 @@ impl Pyramid {
         // SAFETY: the map is only read, through slices that live no longer than it, and every
         // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
         let map = unsafe { Mmap::map(&file) }.map_err(io("cannot map"))?;
-        let (tiling, sections) = parse(path, &map)?;
+        let (tiling, checksum, sections) = parse(path, &map)?;
         let crs = std::str::from_utf8(&map[sections[Section::Crs as usize].clone()]);
         let crs = crs.map_err(|e| damaged(path, Section::Crs, &e.to_string()))?;
         Ok(Self {
             path: path.to_owned(),
             tiling,
             crs: (!crs.is_empty()).then(|| crs.to_owned()),
+            checksum,
             sections,
             map,
         })
@@ -134,6 +136,11 @@ impl Pyramid {
     /// Coordinate reference system, where the source named one.
     pub fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
+    }
+
+    /// Tells contents apart: that of the head, which has the checksums of all that follows.
+    pub fn checksum(&self) -> u32 {
+        self.checksum
     }
 
     /// Length of the file.
@@ -266,7 +273,7 @@ fn damaged(path: &Path, section: Section, reason: &str) -> PyramidError {
 fn parse(
     path: &Path,
     bytes: &[u8],
-) -> Result<(Tiling, [Range<usize>; Section::ALL.len()]), PyramidError> {
+) -> Result<(Tiling, u32, [Range<usize>; Section::ALL.len()]), PyramidError> {
     let damaged_head = |reason: String| PyramidError::Damaged {
         path: path.to_owned(),
         section: "header".into(),
@@ -324,6 +331,7 @@ fn parse(
     // All lie within the file, whose length is a usize.
     Ok((
         tiling,
+        header.checksum,
         places.map(|(offset, length)| offset as usize..(offset + length) as usize),
     ))
 }

@@ -26,6 +26,14 @@ pub enum Encoding {
 }
 
 impl Encoding {
+    /// What it is called.
+    fn name(self) -> &'static str {
+        match self {
+            Self::TerrainRgb => "terrain-rgb",
+            Self::Terrarium => "terrarium",
+        }
+    }
+
     fn height(self, [r, g, b]: [u8; 3]) -> f32 {
         let (r, g, b) = (f64::from(r), f64::from(g), f64::from(b));
         (match self {
@@ -86,8 +94,16 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
         .chunks_exact(channels)
         .filter(opaque)
         .map(|pixel| pixel[0]);
-    let told = options.encoding.or_else(|| Encoding::told_by(reds));
-    let encoding = told.ok_or_else(|| {
+    let told = Encoding::told_by(reds);
+    if let (Some(said), Some(told)) = (options.encoding, told)
+        && said != told
+    {
+        let (said, told) = (said.name(), told.name());
+        return Err(malformed(format!(
+            "its reds are those of {told}; as {said} its heights would be none of the Earth; leave --encoding out, or give --encoding {told}"
+        )));
+    }
+    let encoding = options.encoding.or(told).ok_or_else(|| {
         malformed("its reds are those of neither coding of the Earth's heights; give --encoding terrain-rgb or terrarium".into())
     })?;
     let heights = pixels.chunks_exact(channels).map(|pixel| {
