@@ -4,7 +4,9 @@ use citylod::frame::{Active, Culling, Frame};
 use citylod::geom::{DVec3, SeparatingAxes, View};
 use citylod::index::{self, LodTree, Promotion};
 use citylod::lod::{BudgetLod, ErrorLod, Lod, RangeLod, Selection, select};
-use citylod::scene::{CityParams, Effects, Haze, Motion, Occlusion, Scene, SceneObject, generate};
+use citylod::scene::{
+    CityParams, Effects, Haze, Motion, Occlusion, Scene, SceneObject, Terrain, generate,
+};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
@@ -42,12 +44,13 @@ fn number(tree: &LodTree, id: &str) -> u32 {
 
 #[test]
 fn declarations_are_read_or_refused_with_the_place() {
-    let all = r#"{"motion":{},"haze":{"visibility_m":900},"occlusion":{}}"#;
+    let all = r#"{"motion":{},"haze":{"visibility_m":900},"occlusion":{},"terrain":{}}"#;
     let effects = Effects::from_json(all).unwrap();
     assert_eq!(effects.haze.map(|h| h.visibility_m), Some(900.0));
     assert_eq!(effects.motion.map(|m| m.reference_speed_mps), Some(1.5));
     let occlusion = effects.occlusion.unwrap();
     assert_eq!((occlusion.width_px, occlusion.min_pixels), (512, 1));
+    assert_eq!(effects.terrain, Some(Terrain::default()));
     assert!(Effects::from_json("{}").unwrap().is_empty());
     for (text, place) in [
         ("", "line 1 column 0"),
@@ -64,6 +67,12 @@ fn declarations_are_read_or_refused_with_the_place() {
         (r#"{"occlusion":{"width_px":8}}"#, "/occlusion/width_px"),
         (r#"{"occlusion":{"width_px":9999}}"#, "/occlusion/width_px"),
         (r#"{"occlusion":{"min_pixels":0}}"#, "/occlusion/min_pixels"),
+        (r#"{"terrain":{"criterion":"tallest"}}"#, "`tallest`"),
+        (r#"{"terrain":{"max_error_px":0}}"#, "/terrain/max_error_px"),
+        (
+            r#"{"terrain":{"max_triangles":0}}"#,
+            "/terrain/max_triangles",
+        ),
     ] {
         let error = Effects::from_json(text).unwrap_err().to_string();
         assert!(error.contains(place), "{text}: {error}");

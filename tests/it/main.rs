@@ -41,6 +41,8 @@ mod import_obj;
 mod index_content;
 /// `.citylod` files: the same bytes every time, whole or not at all, and safe when damaged.
 mod index_file;
+/// A ridge with houses on either side.
+mod land;
 /// Error mode and budget mode against brute force, and the bound in every mode.
 mod modes;
 /// Views and boxes at the edge of what f32 and f64 can tell.
@@ -83,6 +85,8 @@ mod terrain_pyramid;
 mod terrain_read;
 /// Stores of tiles against plain lists.
 mod terrain_store;
+/// Ground in use: declared when it is laid, drawn, refused when it is another's.
+mod terrain_use;
 /// The sources keep the layer table and the house rules.
 mod tidy;
 /// Files that a test writes, damages and imports.
