@@ -50,7 +50,7 @@
 //! | [`control`] | `far_dist` from frame times: a pure step | – | trees, views, clocks |
 //! | [`lod`] | the seven-step retrieval, error and budget modes | geom, index | files, HTTP |
 //! | [`raster`] | id-buffer of boxes and meshes; pictures | geom, scene | LOD, HTTP |
-//! | [`effects`] | motion, haze, occlusion: entered only where the scene declares them | geom, scene, lod, raster | trees, HTTP |
+//! | [`effects`] | motion, haze, occlusion, terrain: entered only where the scene declares them | geom, scene, lod, raster, terrain | trees, HTTP |
 //! | [`frame`] | one frame: view and knobs → what to draw | all above | clocks, files, HTTP |
 //! | [`experiment`] | the paper's questions → records | all above | the service |
 //! | [`service`] | HTTP | all above but experiment | the command line |

@@ -7,7 +7,7 @@ use super::exact::Camera;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
-use crate::scene::{CityParams, Effects, Scene, SceneObject, generate};
+use crate::scene::{CityParams, Scene, SceneObject, generate};
 
 /// As many objects as in Gong's test.
 pub(super) const GONG_OBJECTS: u32 = 23_951;
@@ -25,14 +25,10 @@ pub(super) fn generated_scene(objects: u32) -> Scene {
 
 /// The tree of a generated city.
 pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
-    generated_with(objects, Effects::default())
-}
-
-/// The same with what it declares.
-pub(super) fn generated_with(objects: u32, effects: Effects) -> Result<LodTree, ReportError> {
-    let mut scene = generated_scene(objects);
-    scene.effects = effects;
-    Ok(index::build(&scene, Promotion::default())?)
+    Ok(index::build(
+        &generated_scene(objects),
+        Promotion::default(),
+    )?)
 }
 
 /// The real city of as many objects as Gong's in the folder that `CITYLOD_DATA` names, where

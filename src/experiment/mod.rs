@@ -12,6 +12,7 @@ mod effects;
 pub mod exact;
 mod far_dist;
 mod fit;
+mod hills;
 mod page;
 mod plot;
 mod report;

@@ -251,15 +251,11 @@ impl<'a> Painter<'a> {
         let next = self.ray(column + 1, row);
         let pixel =
             ((next.origin - ray.origin) + (next.direction - ray.direction) * hit.depth).length();
-        let albedo = match hit.solid {
-            Some(id) => albedo(&self.solids[id as usize], &hit, pixel),
-            None => {
-                let footprint = pixel / direction.dot(hit.normal).abs().max(1e-3);
-                match self.floor {
-                    Floor::Level(_) => ground(hit.point, footprint),
-                    Floor::Relief(_) => hillside(hit.point, hit.normal, footprint),
-                }
-            }
+        let footprint = pixel / direction.dot(hit.normal).abs().max(1e-3);
+        let albedo = match (hit.solid, self.floor) {
+            (Some(id), _) => albedo(&self.solids[id as usize], &hit, pixel),
+            (None, Floor::Level(_)) => ground(hit.point, footprint),
+            (None, Floor::Relief(_)) => hillside(hit.point, hit.normal, footprint),
         };
         let lit = self.shadows.light(hit.depth, hit.point, hit.normal);
         let lower = self.open(&hit);

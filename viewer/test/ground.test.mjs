@@ -206,7 +206,7 @@ test('the ground can be switched off, and other scenes have none', { skip: missi
   await page.goto(`${base}/#scene=hills`);
   await shown(page);
   await page.waitForFunction(() => window.citylod.stage.relief.visible, undefined, { timeout: 30_000 });
-  const toggle = page.getByRole('switch', { name: 'Terrain' });
+  const toggle = page.locator('label.toggle', { hasText: 'Terrain' }).locator('input');
   await toggle.evaluate((input) => input.click());
   await page.waitForFunction(() => !window.citylod.stage.relief.visible && window.citylod.stage.plane.visible);
   await toggle.evaluate((input) => input.click());
@@ -223,5 +223,5 @@ test('the ground can be switched off, and other scenes have none', { skip: missi
   await shown(page);
   const level = await page.evaluate(() => [window.citylod.ground === undefined, window.citylod.stage.relief.visible, window.citylod.stage.plane.visible]);
   assert.deepEqual(level, [true, false, true]);
-  assert.equal(await page.getByRole('switch', { name: 'Terrain' }).count(), 0);
+  assert.equal(await page.locator('label.toggle', { hasText: 'Terrain' }).count(), 0);
 }));

@@ -46,8 +46,8 @@ pub struct Tile {
 
 /// Where the ground of a city lies: beside it, under the same name with the ending `.terrain`.
 ///
-/// Not in the city's own file: either is replaced without the other, and a city without ground is
-/// what it was before there was any.
+/// Not in the city's own file, which stays small and can be read without it. A city that has ground
+/// names it by its checksum.
 pub fn beside(city: &Path) -> PathBuf {
     city.with_extension("terrain")
 }

@@ -112,6 +112,11 @@ export class Stage {
     this.plane = this.part(square, shader.groundVertex, shader.groundFragment, 1);
     this.relief = this.part(empty, relief.reliefVertex, relief.reliefFragment, 1);
     this.part(triangle, shader.skyVertex, shader.skyFragment, 3);
+    // What lies flat on the ground is seen, not fought with.
+    const slope = this.relief.material as RawShaderMaterial;
+    slope.polygonOffset = true;
+    slope.polygonOffsetFactor = 1;
+    slope.polygonOffsetUnits = 4;
     for (const part of [this.boxes, this.shadows, this.relief]) part.visible = false;
     // Shadows lie on the ground: drawn just before it, as seen by the depth buffer.
     const shadow = this.shadows.material as RawShaderMaterial;

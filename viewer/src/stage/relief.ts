@@ -5,7 +5,7 @@ import { AIR, GROUND } from './shaders';
 
 /** Level country and steep, by day and by night. */
 const DAY = [new Color(0xcbcfbe), new Color(0xb8ab9c)] as const;
-const NIGHT = [new Color(0x1b2730), new Color(0x312e38)] as const;
+const NIGHT = [new Color(0x1a2430), new Color(0x2e2f3b)] as const;
 
 export const reliefUniforms = {
   uLevelled: { value: new Color() },
