@@ -6,6 +6,7 @@
 //! quadtree. C: static LOD for transmission-line corridors. D: Wang and Luo, parallel terrain LOD.
 
 mod block;
+mod bound;
 mod criterion;
 mod cut;
 mod fan;

@@ -1,10 +1,11 @@
 //! What to draw of the ground for a view, and how wrong it is.
 
+use super::bound::error_px;
 use super::criterion::{Criterion, KnobError, Knobs};
 use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
-use super::refine::{Judge, Workers, error_px};
+use super::refine::{Judge, Workers};
 use super::spare::spare_midpoints;
 use super::stitch::stitch;
 use crate::geom::View;

@@ -1,7 +1,6 @@
 use std::fmt::Write as _;
 
-use citylod::index;
-use citylod::scene::{CityParams, generate};
+use citylod::scene::Effects;
 use citylod::terrain::HeightField;
 
 use crate::desk::Desk;
@@ -31,7 +30,7 @@ fn ascii(field: &HeightField, moved: f64) -> String {
 /// A desk with houses and the elevation of a ridge.
 fn desk() -> Desk {
     let desk = Desk::new();
-    city(Default::default())
+    city(Effects::default())
         .save(&desk.path("city.citylod"))
         .unwrap();
     desk.write("ridge.asc", ascii(&ridge(), 0.0).as_bytes());
@@ -148,11 +147,13 @@ fn ground_that_is_missing_damaged_or_anothers_is_an_error() {
     desk.write("city.terrain", &damaged);
     refused(&["city.terrain: section tiles", "import the elevation again"]);
     // The ground of another city, or of this one at another time.
-    city(Default::default())
+    city(Effects::default())
         .save(&desk.path("other.citylod"))
         .unwrap();
     let mut higher = ridge().heights().to_vec();
-    higher.iter_mut().for_each(|z| *z += 1.0);
+    for height in &mut higher {
+        *height += 1.0;
+    }
     let higher = HeightField::new(*ridge().grid(), higher).unwrap();
     desk.write("higher.asc", ascii(&higher, 0.0).as_bytes());
     desk.out("import higher.asc --into other.citylod");
@@ -169,12 +170,6 @@ fn ground_that_is_missing_damaged_or_anothers_is_an_error() {
 fn another_city_does_not_stand_on_the_ground_of_the_one_before() {
     let desk = desk();
     desk.out("import ridge.asc --into city.citylod");
-    let scene = generate(&CityParams {
-        objects: 50,
-        seed: 2,
-    });
-    let tree = index::build(&scene, Default::default()).unwrap();
-    tree.save(&desk.path("other.citylod")).unwrap();
     for over in [
         "generate --objects 50 -o city.citylod",
         "import house.obj -o city.citylod",

@@ -7,6 +7,7 @@
 
 mod error;
 mod file;
+mod identity;
 mod write;
 
 use std::fs::File;
@@ -32,7 +33,6 @@ pub struct Pyramid {
     map: Mmap,
     tiling: Tiling,
     crs: Option<String>,
-    checksum: u32,
     sections: [Range<usize>; Section::ALL.len()],
 }
 
@@ -46,8 +46,8 @@ pub struct Tile {
 
 /// Where the ground of a city lies: beside it, under the same name with the ending `.terrain`.
 ///
-/// Not in the city's own file, which stays small and can be read without it. A city that has ground
-/// names it by its checksum.
+/// Not in the city's own file: either is replaced without the other, and a city without ground is
+/// what it was before there was any.
 pub fn beside(city: &Path) -> PathBuf {
     city.with_extension("terrain")
 }
@@ -88,14 +88,13 @@ impl Pyramid {
         // SAFETY: the map is only read, through slices that live no longer than it, and every
         // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
         let map = unsafe { Mmap::map(&file) }.map_err(io("cannot map"))?;
-        let (tiling, checksum, sections) = parse(path, &map)?;
+        let (tiling, sections) = parse(path, &map)?;
         let crs = std::str::from_utf8(&map[sections[Section::Crs as usize].clone()]);
         let crs = crs.map_err(|e| damaged(path, Section::Crs, &e.to_string()))?;
         Ok(Self {
             path: path.to_owned(),
             tiling,
             crs: (!crs.is_empty()).then(|| crs.to_owned()),
-            checksum,
             sections,
             map,
         })
@@ -136,11 +135,6 @@ impl Pyramid {
     /// Coordinate reference system, where the source named one.
     pub fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
-    }
-
-    /// Tells contents apart: that of the head, which has the checksums of all that follows.
-    pub fn checksum(&self) -> u32 {
-        self.checksum
     }
 
     /// Length of the file.
@@ -273,7 +267,7 @@ fn damaged(path: &Path, section: Section, reason: &str) -> PyramidError {
 fn parse(
     path: &Path,
     bytes: &[u8],
-) -> Result<(Tiling, u32, [Range<usize>; Section::ALL.len()]), PyramidError> {
+) -> Result<(Tiling, [Range<usize>; Section::ALL.len()]), PyramidError> {
     let damaged_head = |reason: String| PyramidError::Damaged {
         path: path.to_owned(),
         section: "header".into(),
@@ -331,7 +325,6 @@ fn parse(
     // All lie within the file, whose length is a usize.
     Ok((
         tiling,
-        header.checksum,
         places.map(|(offset, length)| offset as usize..(offset + length) as usize),
     ))
 }

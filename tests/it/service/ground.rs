@@ -229,7 +229,7 @@ fn tiles_may_be_kept_while_the_scene_is_the_same() {
 }
 
 #[test]
-fn what_cannot_be_asked_of_the_ground_is_refused_with_the_place() {
+fn tiles_that_there_are_not_are_refused_with_the_place() {
     let folder = tempfile::tempdir().unwrap();
     let service = service(folder.path());
     for (path, status, pointer) in [
@@ -252,6 +252,12 @@ fn what_cannot_be_asked_of_the_ground_is_refused_with_the_place() {
         let problem = service.get(&format!("/collections/{path}")).problem(status);
         assert_eq!(problem["pointer"].as_str(), pointer, "{path}: {problem}");
     }
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_with_the_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let service = service(folder.path());
     for (scene, settings, status, pointer) in [
         ("plain", json!(true), 422, "/effects/terrain"),
         ("plain", json!({}), 422, "/effects/terrain"),
@@ -319,6 +325,12 @@ fn what_cannot_be_asked_of_the_ground_is_refused_with_the_place() {
         let reply = service.get(&format!("/collections/hills/{QUERY}&{query}"));
         assert_eq!(reply.problem(status)["pointer"], pointer, "{query}");
     }
+}
+
+#[test]
+fn patches_go_with_an_answer_that_has_room_for_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let service = service(folder.path());
     let binary = service.send(
         "GET",
         &format!("/collections/hills/{QUERY}&patches=true"),
