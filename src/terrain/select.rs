@@ -4,7 +4,8 @@ use super::criterion::{Criterion, KnobError, Knobs};
 use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
-use super::refine::{Judge, Workers};
+use super::judge::Judge;
+use super::refine::Workers;
 use super::spare::spare_midpoints;
 use super::stitch::stitch;
 use crate::geom::{PixelScale, View};
@@ -63,10 +64,7 @@ pub fn select(
 ) -> Result<Selection, KnobError> {
     let judge = Judge::new(ground, view, detail)?;
     let with_share = |share: f64| {
-        let judge = Judge {
-            knobs: judge.criterion.share(&judge.knobs, share),
-            ..judge
-        };
+        let judge = judge.with_share(share);
         let mut cut = judge.refine(workers);
         stitch(&judge, detail.subdivide_within, &mut cut);
         spare_midpoints(&judge, &mut cut);
@@ -91,24 +89,6 @@ pub fn refine(
     workers: Workers,
 ) -> Result<Cut, KnobError> {
     Ok(Judge::new(ground, view, detail)?.refine(workers))
-}
-
-impl<'a> Judge<'a> {
-    fn new(ground: &'a Ground, view: &'a View, detail: &Detail) -> Result<Self, KnobError> {
-        if detail.subdivide_within.is_nan() || detail.subdivide_within < 0.0 {
-            return Err(KnobError {
-                knob: "subdivide_within",
-                least: "0 or more",
-                value: detail.subdivide_within,
-            });
-        }
-        Ok(Self {
-            ground,
-            view,
-            criterion: detail.criterion,
-            knobs: detail.knobs.checked()?,
-        })
-    }
 }
 
 /// The largest share found whose triangles are no more than `most`; the smallest one tried where

@@ -64,7 +64,9 @@ impl Raster {
         let plane = Plane::new(zone).ok_or_else(too_wide)?;
         let spacing = plane.spacing(middle, &self.field).ok_or_else(too_wide)?;
         let [from, to] = plane.reach(low, high).ok_or_else(too_wide)?;
-        let along = |axis: usize| ((to[axis] - from[axis]) / spacing[axis]).floor() as u64 + 1;
+        // A spacing that rounds to nothing gives more posts than any raster may have.
+        let steps = |axis: usize| ((to[axis] - from[axis]) / spacing[axis]).floor() as u64;
+        let along = |axis: usize| steps(axis).saturating_add(1);
         let posts = count(path, along(0), along(1))?;
         let grid = grid(path, [along(0) as u32, along(1) as u32], from, spacing)?;
         let mut heights = Vec::with_capacity(posts);

@@ -57,7 +57,8 @@ fn no_number_of_a_record_grows_from_parent_to_child() {
                         .iter()
                         .all(|skipped| *skipped <= record.error)
                 );
-                assert!(record.whole <= record.error);
+                assert!(record.whole <= record.error && record.error <= record.margin);
+                assert!(child.margin <= record.margin);
                 assert!(child.deviation <= record.deviation);
             }
         }
@@ -143,6 +144,7 @@ fn arrays_that_are_no_block_are_refused() {
     ));
     for spoil in [
         |r: &mut NodeRecord| r.error = f32::NAN,
+        |r: &mut NodeRecord| r.margin = -0.5,
         |r: &mut NodeRecord| r.deviation = -1.0,
         |r: &mut NodeRecord| r.low = f32::NAN,
         |r: &mut NodeRecord| r.high = f32::INFINITY,
