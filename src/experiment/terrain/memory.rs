@@ -14,7 +14,8 @@ const BLOCKS: [u32; 5] = [5, 14, 20, 28, 36];
 const SPACING_M: f64 = 10.0;
 /// Depth of the blocks that are written one at a time.
 const BLOCK_LEVELS: u32 = 7;
-const FRAMES: u32 = 100;
+/// The eye is as fast over a large ground as over a small one.
+const FRAMES_A_BLOCK: u32 = 20;
 /// D's view range: what a frame draws must not grow with the ground either.
 const VIEW_RANGE_M: f64 = 2_500.0;
 
@@ -68,8 +69,10 @@ fn row(path: &Path, blocks: u32) -> Result<Row, ReportError> {
     let mut supply = Supply::new(Way::Queue, &pyramid, path).reaching(3.0);
     let knobs = Criterion::Roughness.share(&Criterion::Roughness.knobs(), SHARE);
     let mut flying = Most::default();
-    for frame in 0..FRAMES {
-        supply.frame(&view(&grid, frame)?, &knobs)?;
+    let frames = blocks * FRAMES_A_BLOCK;
+    for frame in 0..frames {
+        let flown = f64::from(frame) / f64::from(frames);
+        supply.frame(&view(&grid, flown)?, &knobs)?;
         flying.look();
     }
     let held = supply.counts().most;
@@ -93,10 +96,10 @@ fn hill(column: u32, row: u32) -> f32 {
     heights.into_iter().sum::<f64>() as f32
 }
 
-/// Across the ground from one corner to the other.
-fn view(grid: &Grid, frame: u32) -> Result<View, ReportError> {
+/// Across the ground from one corner to the other, so far on the way, 0 to 1.
+fn view(grid: &Grid, flown: f64) -> Result<View, ReportError> {
     let far = DVec2::new(grid.x(grid.columns() - 1), grid.y(grid.rows() - 1));
-    let eye = far * (0.1 + 0.8 * f64::from(frame) / f64::from(FRAMES));
+    let eye = far * (0.1 + 0.8 * flown);
     let orientation = Orientation::LookAt {
         target: (eye + DVec2::splat(500.0)).extend(150.0),
         up: DVec3::Z,
