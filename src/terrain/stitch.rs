@@ -96,8 +96,12 @@ impl Subdivide<'_> {
                 self.require(uncle);
             }
             for side in 0..4 {
-                if (self.needs_midpoint(node, side) || self.judge.splits_side(node, side))
-                    && let Some(neighbour) = node.across(side)
+                let Some(neighbour) = node.across(side) else {
+                    continue;
+                };
+                let settled = matches!(self.cut.state(neighbour), State::Kept | State::Hidden);
+                if !settled
+                    && (self.needs_midpoint(node, side) || self.judge.splits_side(node, side))
                 {
                     self.require(neighbour);
                 }

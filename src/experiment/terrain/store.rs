@@ -66,7 +66,11 @@ pub(in crate::experiment) fn run(
         knobs: &knobs,
     };
     progress("the same tiles in every way");
-    let (counts, differing) = flights.compare()?;
+    let Compared {
+        counts,
+        differing,
+        read,
+    } = flights.compare()?;
     let mut fps = Vec::new();
     for way in Way::ALL {
         progress(&format!("tiles by {}", way.name()));
@@ -77,7 +81,22 @@ pub(in crate::experiment) fn run(
         fps: std::array::from_fn(|way| fps[way][leg]),
     });
     let legs: Vec<Leg> = legs.collect();
-    Ok(report(&legs, differing, &memory, field.grid().count()))
+    Ok(report(
+        &legs,
+        differing,
+        read,
+        &memory,
+        field.grid().count(),
+    ))
+}
+
+struct Compared {
+    /// Tiles drawn in each frame.
+    counts: Vec<usize>,
+    /// Frames in which the ways differ in any vertex.
+    differing: usize,
+    /// Tiles read in the order of [`Way::ALL`].
+    read: [u64; 4],
 }
 
 struct Flights<'a> {
@@ -88,8 +107,7 @@ struct Flights<'a> {
 }
 
 impl Flights<'_> {
-    /// Tiles drawn in each frame, and the frames in which the ways differ in any vertex.
-    fn compare(&self) -> Result<(Vec<usize>, usize), ReportError> {
+    fn compare(&self) -> Result<Compared, ReportError> {
         let mut supplies = Way::ALL.map(|way| Supply::new(way, self.pyramid, self.files));
         let mut counts = Vec::new();
         let mut differing = 0;
@@ -101,7 +119,11 @@ impl Flights<'_> {
             counts.push(frames[0].len());
             differing += usize::from(frames.iter().any(|frame| *frame != frames[0]));
         }
-        Ok((counts, differing))
+        Ok(Compared {
+            counts,
+            differing,
+            read: supplies.map(|supply| supply.read()),
+        })
     }
 
     /// Frames a second of each leg: the median of several flights.
@@ -132,7 +154,13 @@ fn spread_pct(numbers: impl Iterator<Item = f64> + Clone) -> f64 {
     })
 }
 
-fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) -> Report {
+fn report(
+    legs: &[Leg],
+    differing: usize,
+    read: [u64; 4],
+    memory: &[memory::Row],
+    posts: usize,
+) -> Report {
     let least = legs.iter().map(Leg::ratio).fold(f64::INFINITY, f64::min);
     let held_spread = spread_pct(memory.iter().map(|row| row.held_bytes as f64));
     let flying = memory.iter().filter_map(|row| row.flight_bytes);
@@ -188,6 +216,7 @@ fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) 
             "rows": json_rows.collect::<Vec<_>>(),
             "least_ratio": least,
             "differing_frames": differing,
+            "tiles_read": { "files": read[0], "anew": read[1], "stores": read[2], "queue": read[3] },
             "memory": json_memory.collect::<Vec<_>>(),
             "memory_spread_pct": held_spread,
             "flight_spread_pct": flight_spread,
