@@ -42,7 +42,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
 
 fn write_glb(args: &GenerateArgs, scene: &Scene) -> Result<()> {
     let path = args.output.display();
-    crate::index::replace_file(&args.output, |file| {
+    crate::file::replace(&args.output, |file| {
         let mut out = BufWriter::new(file);
         glb::write_glb(scene, &mut out)?;
         std::io::Write::flush(&mut out)

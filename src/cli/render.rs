@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use super::args::{RenderArgs, TintArg, misuse};
 use super::select::{Selected, select};
 use super::text;
-use crate::index::replace_file;
+use crate::file;
 use crate::raster::{Relief, Solid, paint, paint_on};
 
 /// Longest side of a picture, pixels: one of 4096 x 4096 takes 0.8 GB to paint.
@@ -38,7 +38,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         }
         _ => paint(&view, size, &solids, tree.bounds().min().z),
     };
-    replace_file(&args.output, |file| {
+    file::replace(&args.output, |file| {
         let mut out = BufWriter::new(file);
         picture.write_png(&mut out)?;
         out.flush()

@@ -14,7 +14,7 @@ use super::error::FileError;
 use super::file::{Damage, Section, VERSION};
 use super::image::{Image, Refusal};
 use super::meta::Meta;
-use super::replace::replace_file;
+use crate::file;
 use crate::geom::{Aabb, DVec3};
 use crate::scene::Effects;
 
@@ -166,7 +166,7 @@ impl LodTree {
     /// # Errors
     /// [`FileError::Io`]; what was at `path` before is then still there.
     pub fn save(&self, path: &Path) -> Result<(), FileError> {
-        replace_file(path, |out| out.write_all(self.image.bytes())).map_err(|source| {
+        file::replace(path, |out| out.write_all(self.image.bytes())).map_err(|source| {
             FileError::Io {
                 path: path.to_owned(),
                 action: "cannot write",

@@ -1,7 +1,7 @@
 //! What errors come to on the screen, and what is split because of it.
 
+use super::judge::Judge;
 use super::quadtree::Node;
-use super::refine::Judge;
 use crate::geom::{Aabb, PixelScale, View};
 
 /// How large a vertical error is on the screen at a distance, m; infinite at 0. Rounded up by more

@@ -14,6 +14,7 @@ mod field;
 mod footing;
 mod ground;
 mod interpolate;
+mod judge;
 mod layout;
 mod measure;
 mod mesh;
@@ -29,9 +30,7 @@ mod store;
 mod triangle;
 
 pub use block::{Block, BlockError, NodeRecord};
-pub use criterion::{
-    Criterion, KnobError, Knobs, REST_MPS, Seen, UnknownCriterion, error, motion, roughness, vertex,
-};
+pub use criterion::{Criterion, KnobError, Knobs, REST_MPS, Seen, UnknownCriterion};
 pub use cut::{Cut, State};
 pub use fan::Facet;
 pub use field::{FieldError, Grid, HeightField};

@@ -38,12 +38,11 @@ impl Selection {
     pub fn patches(&self, ground: &Ground, tile_levels: u32) -> Vec<Patch> {
         let cut = self.cut();
         let mut patches: BTreeMap<Node, Vec<u32>> = BTreeMap::new();
-        for (number, block) in cut.blocks() {
-            let root = ground.layout().block(number);
-            if block.states[root.index()] == State::Drawn {
+        for (root, block) in cut.blocks() {
+            if cut.state(root) == State::Drawn {
                 patches.entry(root).or_default();
             }
-            for &node in block.splits.iter().flatten() {
+            for node in block.all_splits(root, cut.levels().end) {
                 let bits = |set: &dyn Fn(usize) -> bool| {
                     (0..4).fold(0, |bits, k| bits | u32::from(set(k)) << k)
                 };
@@ -51,8 +50,8 @@ impl Selection {
                 if quarters == 0 {
                     continue;
                 }
-                let flags = cut.flags(ground, node);
-                let midpoints = bits(&|k| flags[k] && !cut.spares(ground, node, k));
+                let flags = cut.flags(node);
+                let midpoints = bits(&|k| flags[k] && !cut.spares(node, k));
                 let tile = above(node, (node.level + 1).saturating_sub(tile_levels));
                 let fan = index(tile, node) << 8 | midpoints << 4 | quarters;
                 patches.entry(tile).or_default().push(fan);

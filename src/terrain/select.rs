@@ -5,7 +5,8 @@ use super::criterion::{Criterion, KnobError, Knobs};
 use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
-use super::refine::{Judge, Workers};
+use super::judge::Judge;
+use super::refine::Workers;
 use super::spare::spare_midpoints;
 use super::stitch::stitch;
 use crate::geom::View;
@@ -87,13 +88,12 @@ pub fn select_within(
             value: max_error_px,
         });
     }
-    let judge = Judge::new(ground, view, detail)?;
+    let judge = Judge {
+        max_error_px,
+        ..Judge::new(ground, view, detail)?
+    };
     let with_share = |share: f64| {
-        let judge = Judge {
-            knobs: judge.criterion.share(&judge.knobs, share),
-            max_error_px: max_error_px / share,
-            ..judge
-        };
+        let judge = judge.with_share(share);
         let mut cut = judge.refine(workers);
         stitch(&judge, detail.subdivide_within, &mut cut);
         spare_midpoints(&judge, &mut cut);
@@ -118,25 +118,6 @@ pub fn refine(
     workers: Workers,
 ) -> Result<Cut, KnobError> {
     Ok(Judge::new(ground, view, detail)?.refine(workers))
-}
-
-impl<'a> Judge<'a> {
-    fn new(ground: &'a Ground, view: &'a View, detail: &Detail) -> Result<Self, KnobError> {
-        if detail.subdivide_within.is_nan() || detail.subdivide_within < 0.0 {
-            return Err(KnobError {
-                knob: "subdivide_within",
-                least: "0 or more",
-                value: detail.subdivide_within,
-            });
-        }
-        Ok(Self {
-            ground,
-            view,
-            criterion: detail.criterion,
-            knobs: detail.knobs.checked()?,
-            max_error_px: f64::INFINITY,
-        })
-    }
 }
 
 /// The largest share found whose triangles are no more than `most`; the smallest one tried where

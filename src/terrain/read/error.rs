@@ -85,6 +85,17 @@ pub enum ReadError {
         /// The most there may be.
         most: u64,
     },
+    /// No memory for it.
+    #[error(
+        "{}: takes {bytes} bytes of memory, more than there are; cut the raster or make it coarser",
+        path.display()
+    )]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// What its posts take.
+        bytes: u64,
+    },
     /// The raster lies in another system than it is asked for.
     #[error(
         "{}: lies in {found}, not in {wanted}, and there is no way from one to the other here; reproject it, for example with gdalwarp -t_srs '{target}'",

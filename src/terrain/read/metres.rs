@@ -6,7 +6,7 @@ use proj4rs::proj::Proj;
 use proj4rs::transform::transform;
 
 use super::error::ReadError;
-use super::raster::{Raster, Units, count, field, grid};
+use super::raster::{Raster, Units, count, field, grid, reserved};
 use super::system::{System, definition, same_plane};
 use crate::terrain::{HeightField, Interpolation};
 
@@ -176,7 +176,7 @@ impl Plane<'_> {
         let along = |axis: usize| steps(axis).saturating_add(1);
         let posts = count(path, along(0), along(1))?;
         let grid = grid(path, [along(0) as u32, along(1) as u32], from, spacing)?;
-        let mut heights = Vec::with_capacity(posts);
+        let mut heights = reserved(path, posts)?;
         for row in (0..grid.rows()).rev() {
             heights.extend((0..grid.columns()).map(|column| {
                 let at = self.back([grid.x(column), grid.y(row)]);
