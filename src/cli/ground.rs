@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::{ImportArgs, citylod_name};
+use super::say::say;
 use super::{progress, text};
 use crate::index::LodTree;
 use crate::terrain::pyramid::{Pyramid, Tiling, beside, write};
@@ -80,21 +81,21 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     spinner.finish_and_clear();
     match (tree.crs(), &raster.crs) {
         (None, Some(crs)) => {
-            eprintln!(
+            say!(
                 "warning: the ground lies in {crs}, the city names no system; they are taken for the same"
             );
         }
         (Some(crs), None) => {
-            eprintln!(
+            say!(
                 "warning: the city lies in {crs}, the elevation names no system; they are taken for the same"
             );
         }
         _ => {}
     }
     for line in report {
-        eprintln!("{line}");
+        say!("{line}");
     }
-    eprintln!("{}: {}", output.display(), line(&Pyramid::open(&output)?));
+    say!("{}: {}", output.display(), line(&Pyramid::open(&output)?));
     Ok(())
 }
 

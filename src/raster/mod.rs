@@ -20,5 +20,6 @@ mod projector;
 mod shadow;
 
 pub use id_buffer::{IdBuffer, NONE};
+pub use palette::LEVEL_COLOURS;
 pub use picture::{Picture, Solid, paint};
 pub use projector::{LONGEST_SIDE, Projector, Ray};
