@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 
 use super::args::{GenerateArgs, extension, misuse};
 use super::effects::declared;
+use super::say::say;
 use super::{glb, ground, progress, text};
 use crate::index;
 use crate::scene::{CityParams, Scene, generate};
@@ -36,7 +37,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         text::summary(&tree)
     };
     spinner.finish_and_clear();
-    eprintln!("{}: {summary}", args.output.display());
+    say!("{}: {summary}", args.output.display());
     Ok(())
 }
 

@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::{ImportArgs, citylod_name};
+use super::say::say;
 use super::{progress, text};
 use crate::effects::terrain::{Land, LandError};
 use crate::index::LodTree;
@@ -95,22 +96,22 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     spinner.finish_and_clear();
     match (tree.crs(), &raster.crs) {
         (None, Some(crs)) => {
-            eprintln!(
+            say!(
                 "warning: the ground lies in {crs}, the city names no system; they are taken for the same"
             );
         }
         (Some(crs), None) => {
-            eprintln!(
+            say!(
                 "warning: the city lies in {crs}, the elevation names no system; they are taken for the same"
             );
         }
         _ => {}
     }
     for line in standing.lines(&tree, field) {
-        eprintln!("{line}");
+        say!("{line}");
     }
-    eprintln!("{}: {}", output.display(), line(&pyramid));
-    eprintln!(
+    say!("{}: {}", output.display(), line(&pyramid));
+    say!(
         "{}: declares terrain: query, render and serve draw this ground; --without terrain leaves it out",
         city.display()
     );
@@ -230,7 +231,7 @@ pub(super) fn warn_of_other(city: &Path) {
     let ground = beside(city);
     if ground.exists() {
         let (ground, city) = (ground.display(), city.display());
-        eprintln!(
+        say!(
             "warning: {ground}: was laid under what {city} was before, and is not used: lay the ground anew with citylod import ELEVATION --into {city}, or remove it"
         );
     }

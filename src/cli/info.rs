@@ -5,9 +5,12 @@ use serde_json::json;
 
 use super::args::InfoArgs;
 use super::ground;
+use super::say::say;
 use super::text::{self, grouped};
-use crate::geom::{Aabb, DVec3};
+use crate::frame::Overview;
+use crate::geom::Aabb;
 use crate::index::LodTree;
+use crate::lod::RangeLod;
 use crate::terrain::pyramid::Pyramid;
 
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
@@ -33,7 +36,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
 fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
     let violations = tree.validate();
     for violation in &violations {
-        eprintln!("{}: {violation}", args.file.display());
+        say!("{}: {violation}", args.file.display());
     }
     if !violations.is_empty() {
         bail!(
@@ -41,7 +44,7 @@ fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
             args.file.display()
         );
     }
-    eprintln!("{}: checked, sound", args.file.display());
+    say!("{}: checked, sound", args.file.display());
     Ok(())
 }
 
@@ -134,22 +137,25 @@ fn table(
             text::point(bounds.max(), " ")
         )?;
         writeln!(out, "extent     {} m", text::point(bounds.size(), " x "))?;
-        writeln!(out, "try        {}", example(args, &bounds))?;
+    }
+    if let Some(overview) = Overview::of(tree) {
+        writeln!(out, "try        {}", example(args, &overview))?;
     }
     Ok(())
 }
 
-/// A query that has the city in view, from the south and above.
-fn example(args: &InfoArgs, bounds: &Aabb) -> String {
-    let (size, target) = (bounds.size(), bounds.center());
-    let back = size.max_element().max(1.0);
-    let eye = target + DVec3::new(0.0, -0.75 * back, 0.5 * back);
-    let whole = |point: DVec3| text::point(point.round(), ",");
+/// A query that shows some thousand objects.
+fn example(args: &InfoArgs, overview: &Overview) -> String {
+    let far_dist = if overview.far_dist == RangeLod::default().far_dist() {
+        String::new()
+    } else {
+        format!(" --far-dist {}", overview.far_dist)
+    };
     format!(
-        "citylod query {} --eye {} --target {}",
-        args.file.display(),
-        whole(eye),
-        whole(target)
+        "citylod query {} --eye {} --target {}{far_dist}",
+        text::word(&args.file.to_string_lossy()),
+        text::point(overview.eye, ","),
+        text::point(overview.target, ",")
     )
 }
 

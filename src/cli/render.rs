@@ -3,10 +3,13 @@ use std::io::{BufWriter, Write as _};
 use anyhow::{Context, Result};
 
 use super::args::{RenderArgs, TintArg, misuse};
+use super::say::say;
 use super::select::{Selected, select};
 use super::text;
 use crate::file;
-use crate::raster::{Relief, Solid, paint, paint_on};
+use crate::index::LodTree;
+use crate::lod::Selection;
+use crate::raster::{LEVEL_COLOURS, Relief, Solid, paint, paint_on};
 
 /// Longest side of a picture, pixels: one of 4096 x 4096 takes 0.8 GB to paint.
 const LONGEST_SIDE: u32 = 4096;
@@ -44,11 +47,35 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         out.flush()
     })
     .with_context(|| format!("{}: cannot write", args.output.display()))?;
-    eprintln!(
+    say!(
         "{}: {} of {}",
         args.output.display(),
         text::grouped(selection.count().into()),
         text::counted(tree.object_count().into(), "object"),
     );
+    if let TintArg::Level = args.tint {
+        legend(&tree, selection);
+    }
     Ok(())
+}
+
+/// What the colours of levels are, coarsest first.
+fn legend(tree: &LodTree, selection: &Selection) {
+    let mut counts = vec![0_u32; tree.level_count() as usize];
+    for level in selection
+        .objects()
+        .filter_map(|o| Some(tree.object(o)?.level))
+    {
+        counts[level as usize] += 1;
+    }
+    for (level, &count) in counts
+        .iter()
+        .enumerate()
+        .rev()
+        .filter(|(_, count)| **count > 0)
+    {
+        let (name, hex) = LEVEL_COLOURS[level.min(LEVEL_COLOURS.len() - 1)];
+        let count = text::grouped(count.into());
+        say!("  level {level}  {name:<6} #{hex:06x} {count:>11}");
+    }
 }

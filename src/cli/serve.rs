@@ -1,4 +1,4 @@
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write as _};
 
 use anyhow::{Context, Result};
 use indicatif::ProgressBar;
@@ -25,6 +25,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         max_concurrency: args.max_concurrency,
         max_connections: args.max_connections,
         max_answer_objects: args.max_answer_objects,
+        max_occlusion: std::time::Duration::from_millis(args.max_occlusion_ms),
         max_streams: args.max_streams,
         stream_idle: std::time::Duration::from_millis(args.stream_idle_ms),
         ..Config::default()
@@ -36,7 +37,9 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         .context("cannot start the service")?;
     let args = args.clone();
     let reread = move || self::scenes(&args, &ProgressBar::hidden()).map_err(Into::into);
-    runtime.block_on(serve(config, scenes, reread, |text| eprint!("{text}")))?;
+    runtime.block_on(serve(config, scenes, reread, |text| {
+        let _ = std::io::stderr().write_all(text.as_bytes()); // where nobody listens, it is lost
+    }))?;
     Ok(())
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::ReportError;
 use super::exact::Camera;
+use crate::frame;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
@@ -126,13 +127,7 @@ pub(super) fn spiral(middle: DVec3, spread: f64, places: u32) -> impl Iterator<I
     })
 }
 
-/// Median midpoint of the objects: a few far-off ones do not move it.
+/// The densest part on the map, z 0.
 pub(super) fn densest(tree: &LodTree) -> DVec3 {
-    let exact = tree.arrays().object_boxes;
-    let step = exact.len().div_ceil(100_000).max(1);
-    let axis = |axis: usize| {
-        let middles = exact.iter().step_by(step);
-        super::timing::median(middles.map(|b| b[axis].midpoint(b[axis + 3])).collect())
-    };
-    DVec3::new(axis(0), axis(1), 0.0)
+    frame::densest(tree).unwrap_or_default().with_z(0.0)
 }

@@ -7,10 +7,12 @@
 //! Reads no clock: durations come in through an argument.
 
 mod feedback;
+mod overview;
 
 use std::time::Duration;
 
 pub use feedback::Feedback;
+pub use overview::{Overview, densest};
 
 use crate::effects::occlusion::Occluder;
 use crate::effects::terrain::{Drawn, Land, Surface};
@@ -44,6 +46,9 @@ pub struct Active {
     pub occlusion: Option<scene::Occlusion>,
     /// The ground too; [`Frame::work_out_on`] says which.
     pub terrain: Option<scene::Terrain>,
+    /// Longest time that occlusion may take, by the clock of the frame; `None` for as long as it
+    /// takes. Where it takes longer, nothing is taken out ([`Frame::gave_up`]).
+    pub patience: Option<Duration>,
 }
 
 impl Active {
@@ -90,6 +95,7 @@ pub struct Frame {
     surface: Surface,
     effects: Effects,
     retrieval: Duration,
+    gave_up: bool,
 }
 
 impl Frame {
@@ -133,6 +139,7 @@ impl Frame {
         clock: impl FnMut() -> Duration,
     ) {
         self.effects = Effects::default();
+        self.gave_up = false;
         self.lod = *lod;
         let mut watch = Watch::new(clock);
         if *active == Active::default() {
@@ -168,19 +175,22 @@ impl Frame {
             self.effects.terrain = Some(Ran { result, took });
         }
         if let Some(declared) = &active.occlusion {
+            let goes_on = || active.patience.is_none_or(|most| watch.running() <= most);
             let selection = &mut self.selection;
             let (corners, triangles) = land.map(|land| self.surface.mesh(land)).unwrap_or_default();
             let ground = (&corners[..], &triangles[..]);
             let occluder = &mut self.occluder;
-            let result = occluder.hide(declared, view, boxes, ground, selection);
+            let hidden = occluder.hide(declared, view, boxes, ground, selection, goes_on);
             let took = watch.lap();
-            self.effects.occlusion = Some(Ran { result, took });
+            self.effects.occlusion = hidden.map(|result| Ran { result, took });
+            self.gave_up = hidden.is_none();
         }
     }
 
     /// Retrieval, within the visibility range and by exact culling where asked. A budget is not
-    /// spent on what these take out: so much more is asked for until it is met; what they take
-    /// out only grows with it, so this ends, at the latest when nothing is left out.
+    /// spent on what these take out: more is asked for until enough is left, and the largest of
+    /// that are kept. From the third time on at least twice as much is asked for, so that all
+    /// of it takes about as long as the last time, whatever they take out.
     fn retrieve(
         &mut self,
         tree: &LodTree,
@@ -194,7 +204,7 @@ impl Frame {
         let axes = (active.culling == Culling::Exact).then(|| SeparatingAxes::new(view.frustum()));
         let mut lod = self.lod;
         self.retrieval = Duration::ZERO;
-        loop {
+        for least_growth in [SLACK, SLACK].into_iter().chain(std::iter::repeat(2.0)) {
             let seen = shortened.as_ref().unwrap_or(view);
             lod::select(tree, seen, &lod, &mut self.selection);
             let mut removed = 0;
@@ -214,11 +224,18 @@ impl Frame {
             let (Lod::Budget(asked), Lod::Budget(spent)) = (self.lod, lod) else {
                 return;
             };
-            let needed = asked.max_objects().saturating_add(removed);
-            if needed <= spent.max_objects() {
+            let (wanted, kept) = (asked.max_objects(), self.selection.count());
+            let is_all = kept + removed < spent.max_objects();
+            if kept >= wanted || is_all {
+                lod::keep_largest(tree, view, wanted, &mut self.selection);
+                self.retrieval += watch.lap();
                 return;
             }
-            lod = Lod::Budget(BudgetLod::new(needed));
+            let growth = SLACK * f64::from(wanted) / f64::from(kept.max(1));
+            let growth = growth.clamp(least_growth, MOST_GROWTH);
+            // Saturates where no tree has as many.
+            let most = (f64::from(spent.max_objects()) * growth).ceil() as u32;
+            lod = Lod::Budget(BudgetLod::new(most));
         }
     }
 
@@ -235,6 +252,11 @@ impl Frame {
     /// What the effects did.
     pub fn effects(&self) -> &Effects {
         &self.effects
+    }
+
+    /// Whether occlusion was given up, as it took too long ([`Active::patience`]).
+    pub fn gave_up(&self) -> bool {
+        self.gave_up
     }
 
     /// What retrieval took.
@@ -262,6 +284,11 @@ impl Frame {
     }
 }
 
+/// What a budget is raised by beyond what the share that was left says.
+const SLACK: f64 = 1.05;
+/// What a budget is raised by at most: where next to nothing is left, that share says little.
+const MOST_GROWTH: f64 = 8.0;
+
 /// Tells how long each step took.
 struct Watch<C> {
     clock: C,
@@ -272,6 +299,11 @@ impl<C: FnMut() -> Duration> Watch<C> {
     fn new(mut clock: C) -> Self {
         let last = clock();
         Self { clock, last }
+    }
+
+    /// Time since the last step.
+    fn running(&mut self) -> Duration {
+        (self.clock)().saturating_sub(self.last)
     }
 
     fn lap(&mut self) -> Duration {

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -129,10 +129,19 @@ impl LodTree {
                 source,
             }
         };
-        let file = File::open(path).map_err(io("cannot open"))?;
-        if file.metadata().map_err(io("cannot open"))?.len() == 0 {
-            return Err(refused(path, Refusal::Foreign));
+        let metadata = path.metadata().map_err(io("cannot open"))?;
+        if metadata.is_dir() {
+            return Err(io("cannot open")(ErrorKind::IsADirectory.into()));
         }
+        if !metadata.is_file() {
+            let what = "it is a pipe or a device, which cannot be mapped; save it to a file first";
+            return Err(io("cannot open")(std::io::Error::other(what)));
+        }
+        if metadata.len() == 0 {
+            let path = path.to_owned();
+            return Err(FileError::Empty { path });
+        }
+        let file = File::open(path).map_err(io("cannot open"))?;
         #[allow(
             unsafe_code,
             reason = "mapping a file is the one thing that needs it; the caller's duty is in the docs"

@@ -19,7 +19,7 @@ mod selection;
 mod survey;
 mod sweep;
 
-pub use budget::BudgetLod;
+pub use budget::{BudgetLod, keep_largest};
 pub use difference::difference;
 pub use error::ErrorLod;
 pub use mode::{Lod, select};

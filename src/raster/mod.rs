@@ -21,6 +21,7 @@ mod relief;
 mod shadow;
 
 pub use id_buffer::{IdBuffer, NONE};
+pub use palette::LEVEL_COLOURS;
 pub use picture::{Picture, Solid, paint, paint_on};
 pub use projector::{LONGEST_SIDE, Projector, Ray};
 pub use relief::Relief;

@@ -108,7 +108,7 @@ impl Greeting {
             example: scenes
                 .iter()
                 .next()
-                .map(|city| (city.path(), city.example_request())),
+                .map(|city| (city.path(), city.example_request().to_owned())),
         }
     }
 

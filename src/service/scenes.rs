@@ -11,6 +11,7 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use super::plan;
 use super::problem::{Kind, Problem};
 use crate::effects::terrain::Land;
+use crate::frame::Overview;
 use crate::index::LodTree;
 
 /// All but the unreserved characters of RFC 3986.
@@ -59,6 +60,7 @@ pub struct City {
     revision_header: HeaderValue,
     etag: HeaderValue,
     plan: OnceLock<Bytes>,
+    example: OnceLock<String>,
 }
 
 impl City {
@@ -76,6 +78,7 @@ impl City {
             revision_header: header(&revision),
             revision,
             plan: OnceLock::new(),
+            example: OnceLock::new(),
             name,
             tree,
             land,
@@ -130,22 +133,18 @@ impl City {
             .clone()
     }
 
-    /// A request worth trying: the city from above its south-west.
-    pub fn example_request(&self) -> String {
-        let bounds = self.tree.bounds();
-        if bounds.is_empty() {
-            return r#"{"camera":{"eye":[0,0,100],"target":[0,100,0]}}"#.into();
-        }
-        let target = bounds.center();
-        let reach = bounds.size().max_element().max(10.0);
-        let round = |x: f64| (x * 10.0).round() / 10.0;
-        let [x, y, z] = target.to_array().map(round);
-        let (ex, ey, ez) = (
-            round(target.x - 0.2 * reach),
-            round(target.y - 0.3 * reach),
-            round(target.z + 0.15 * reach),
-        );
-        format!(r#"{{"camera":{{"eye":[{ex},{ey},{ez}],"target":[{x},{y},{z}]}}}}"#)
+    /// A request worth trying: some thousand objects of the city, from above its south.
+    pub fn example_request(&self) -> &str {
+        self.example.get_or_init(|| match Overview::of(&self.tree) {
+            Some(overview) => {
+                let (eye, target) = (overview.eye.to_array(), overview.target.to_array());
+                let far = overview.far_dist;
+                format!(
+                    r#"{{"camera":{{"eye":{eye:?},"target":{target:?}}},"lod":{{"far_dist_m":{far}}}}}"#
+                )
+            }
+            None => r#"{"camera":{"eye":[0,0,100],"target":[0,100,0]}}"#.into(),
+        })
     }
 }
 

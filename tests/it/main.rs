@@ -37,6 +37,8 @@ mod import_gltf;
 mod import_gltf_malformed;
 /// OBJ becomes the objects and bounds that the file states; broken files name line and column.
 mod import_obj;
+/// Several files at once: whether they can be one city, and what is told once and not of each object.
+mod import_several;
 /// What goes into a tree comes back out of its file, whatever it is.
 mod index_content;
 /// `.citylod` files: the same bytes every time, whole or not at all, and safe when damaged.
@@ -89,5 +91,7 @@ mod terrain_store;
 mod terrain_use;
 /// The sources keep the layer table and the house rules.
 mod tidy;
+/// What the command says of numbers, files, pipes and effects that cannot be.
+mod usage;
 /// Files that a test writes, damages and imports.
 mod written;

@@ -78,10 +78,12 @@ fn ground_that_was_laid_is_drawn_and_can_be_left_out() {
     let picture = |name: &str| std::fs::read(desk.path(name)).unwrap();
     assert_ne!(picture("laid.png"), picture("bare.png"));
     assert_eq!(picture("left.png"), picture("bare.png"));
+    desk.write("house.obj", b"o a\nv 0 0 0\nv 4 0 0\nv 4 4 4\nf 1 2 3\n");
+    desk.out("import house.obj -o plain.citylod");
     desk.refuses(
-        &format!("query {LOOK} --without terrain --without haze"),
+        "query plain.citylod --eye 0,-9,9 --target 0,0,0 --json --patches",
         1,
-        &["does not declare haze"],
+        &["terrain", "--patches"],
     );
 }
 

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
+use super::super::config::Config;
 use super::super::metrics::StreamMetrics;
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
@@ -200,14 +201,14 @@ impl Session {
     }
 
     /// What is to be sent now, if anything is.
-    pub fn next(&mut self, most_ranges: u32, metrics: &StreamMetrics) -> Option<String> {
+    pub fn next(&mut self, config: &Config, metrics: &StreamMetrics) -> Option<String> {
         if let Some(refusal) = self.refusal.take() {
             return serde_json::to_string(&refusal).ok();
         }
         let due = self.due.take()?;
         let city = Arc::clone(&self.city);
-        let answer = with_frame(&city, &due.asked, |frame| {
-            self.answer(frame, most_ranges, metrics)
+        let answer = with_frame(&city, &due.asked, config, |frame| {
+            self.answer(frame, config.max_answer_objects, metrics)
         });
         match answer {
             Ok(text) => {

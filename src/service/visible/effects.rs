@@ -12,7 +12,7 @@ use super::super::json::{Whole, given, keyword, token};
 use super::super::problem::{Kind, Problem};
 use super::query::Parameter;
 use super::resolve::Naming;
-use crate::frame::{Active, Culling};
+use crate::frame::Active;
 use crate::scene::{self, Criterion};
 
 /// `max_error_px` of terrain in a query, where the name alone is that of error mode.
@@ -152,33 +152,41 @@ impl Effects {
     /// 422 for one that it does not declare, and for settings that cannot be.
     pub fn active(&self, declared: &scene::Effects, naming: Naming) -> Result<Active, Problem> {
         if let Some(name) = &self.unknown {
-            return Err(undeclared(name, naming));
+            return Err(undeclared(name, name, naming));
         }
         Ok(Active {
-            culling: Culling::default(),
-            motion: self
-                .motion
-                .of(declared.motion, "motion", naming, |on, said| {
+            motion: self.motion.of(
+                declared.motion,
+                "motion",
+                naming,
+                |_| "speed_mps",
+                |on, said| {
                     let speed = said.speed_mps;
                     if speed >= 0.0 && speed.is_finite() {
                         return Ok((on, speed));
                     }
                     let detail = format!("must be 0 or more and finite, is {speed}");
                     Err(naming.setting("motion/speed_mps", detail))
-                })?,
+                },
+            )?,
             haze: self
                 .haze
-                .of(declared.haze, "haze", naming, |on, _| Ok(on))?,
-            occlusion: self
-                .occlusion
-                .of(declared.occlusion, "occlusion", naming, |on, said| {
-                    said.over(on, naming)
-                })?,
-            terrain: self
-                .terrain
-                .of(declared.terrain, "terrain", naming, |on, said| {
-                    said.over(on, naming)
-                })?,
+                .of(declared.haze, "haze", naming, |_| "haze", |on, _| Ok(on))?,
+            occlusion: self.occlusion.of(
+                declared.occlusion,
+                "occlusion",
+                naming,
+                Occlusion::parameter,
+                |on, said| said.over(on, naming),
+            )?,
+            terrain: self.terrain.of(
+                declared.terrain,
+                "terrain",
+                naming,
+                Terrain::parameter,
+                |on, said| said.over(on, naming),
+            )?,
+            ..Active::default()
         })
     }
 
@@ -224,11 +232,12 @@ impl<T: Copy + Default> Asked<T> {
         declared: Option<D>,
         name: &str,
         naming: Naming,
+        parameter: impl FnOnce(&T) -> &'static str,
         settled: impl FnOnce(D, T) -> Result<A, Problem>,
     ) -> Result<Option<A>, Problem> {
         match (self, declared) {
             (Self::Off, _) | (Self::Unsaid, None) => Ok(None),
-            (Self::On(_), None) => Err(undeclared(name, naming)),
+            (Self::On(said), None) => Err(undeclared(name, parameter(said), naming)),
             (Self::Unsaid, Some(declared)) => settled(declared, T::default()).map(Some),
             (Self::On(said), Some(declared)) => settled(declared, *said).map(Some),
         }
@@ -236,6 +245,15 @@ impl<T: Copy + Default> Asked<T> {
 }
 
 impl Occlusion {
+    /// The parameter that asks for it.
+    fn parameter(&self) -> &'static str {
+        match (self.width_px, self.min_pixels) {
+            (Some(_), _) => "width_px",
+            (None, Some(_)) => "min_pixels",
+            (None, None) => "visible_pixels",
+        }
+    }
+
     /// The declared settings with those of the request in their place.
     fn over(self, declared: scene::Occlusion, naming: Naming) -> Result<scene::Occlusion, Problem> {
         let occlusion = scene::Occlusion {
@@ -260,6 +278,16 @@ impl Occlusion {
 }
 
 impl Terrain {
+    /// The parameter that asks for it.
+    fn parameter(&self) -> &'static str {
+        match (self.criterion, self.max_error_px, self.max_triangles) {
+            (Some(_), ..) => "criterion",
+            (None, Some(_), _) => GROUND_ERROR_PX,
+            (None, None, Some(_)) => "max_triangles",
+            (None, None, None) => "patches",
+        }
+    }
+
     /// The declared settings with those of the request in their place.
     fn over(self, declared: scene::Terrain, naming: Naming) -> Result<scene::Terrain, Problem> {
         let terrain = scene::Terrain {
@@ -296,9 +324,13 @@ impl Terrain {
     }
 }
 
-fn undeclared(name: &str, naming: Naming) -> Problem {
+/// The refusal of an effect, asked for in a query by `parameter`.
+fn undeclared(name: &str, parameter: &str, naming: Naming) -> Problem {
     let detail = format!("the scene does not declare the effect {name:?}");
-    naming.problem("effects", &token(name), detail)
+    match naming {
+        Naming::Pointer => naming.problem("effects", &token(name), detail),
+        Naming::Parameter => naming.problem("effects", parameter, detail),
+    }
 }
 
 impl<'de> Deserialize<'de> for Effects {

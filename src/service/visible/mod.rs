@@ -23,14 +23,15 @@ pub use resolve::{Naming, Resolved};
 pub use tail::{Lists, Tail};
 
 use super::body;
+use super::config::Config;
 use super::documents::make;
 use super::json;
 use super::negotiate::{accepted, json_body};
-use super::problem::Problem;
+use super::problem::{Kind, Problem};
 use super::routes::SceneName;
 use super::scenes::City;
 use super::shared::Shared;
-use crate::frame::{Culling, Frame};
+use crate::frame::{Active, Culling, Frame};
 use request::Body;
 
 const JSON: &str = "application/json";
@@ -101,7 +102,7 @@ fn respond(
         }
         None => None,
     };
-    with_frame(city, &asked, |frame| {
+    with_frame(city, &asked, shared.config(), |frame| {
         let (selection, form) = (frame.selection(), request.output.form);
         let size = answer::size(form, binary, selection, shared.config().max_answer_objects)?;
         Ok(if binary {
@@ -123,21 +124,44 @@ fn respond(
 }
 
 /// Works out what to draw and makes something of it.
-pub fn with_frame<T>(city: &City, asked: &Resolved, then: impl FnOnce(&Frame) -> T) -> T {
+///
+/// # Errors
+/// 422 where occlusion takes too long, and what `then` says.
+pub fn with_frame<T>(
+    city: &City,
+    asked: &Resolved,
+    config: &Config,
+    then: impl FnOnce(&Frame) -> Result<T, Problem>,
+) -> Result<T, Problem> {
     let Resolved { view, lod, active } = asked;
     let mut frame = FRAME.take();
     let start = Instant::now();
-    let mut work = || match city.land() {
+    let mut work = |active: &Active| match city.land() {
         Some(land) => frame.work_out_on(land, city.tree(), view, lod, active, || start.elapsed()),
         None => frame.work_out(city.tree(), view, lod, active, || start.elapsed()),
     };
     let long = active.occlusion.is_some() || active.terrain.is_some();
     if long || active.culling == Culling::Exact {
-        make(usize::MAX, work); // as long as there are objects
+        let patience = Some(config.max_occlusion);
+        let active = Active {
+            patience,
+            ..*active
+        };
+        make(usize::MAX, || work(&active)); // as long as there are objects
     } else {
-        work();
+        work(active);
     }
-    let made = then(&frame);
+    let made = if frame.gave_up() {
+        let ms = config.max_occlusion.as_millis();
+        let count = frame.selection().count();
+        let detail = format!(
+            "occlusion of {count} objects takes longer than {ms} ms (option --max-occlusion-ms): \
+             ask for less detail, a smaller width_px, or switch it off"
+        );
+        Err(Problem::new(Kind::TooCostly, detail))
+    } else {
+        then(&frame)
+    };
     FRAME.set(frame);
     made
 }
