@@ -113,7 +113,7 @@ pub(super) fn ground(point: DVec3, footprint: f64) -> Vec3 {
 pub(super) fn hillside(point: DVec3, normal: DVec3, footprint: f64) -> Vec3 {
     let steepness = 1.0 - normal.z;
     let bare = ((steepness - 0.02) / 0.16).clamp(0.0, 1.0) as f32;
-    let earth = srgb(0xa3_a583).lerp(srgb(0x97_8874), bare);
+    let earth = srgb(0xa7_a893).lerp(srgb(0x98_8b7a), bare);
     gridded(earth, earth * 1.14, point, footprint)
 }
 

@@ -379,6 +379,11 @@ fn one_plane_comes_to_lie_on_another() {
         ("EPSG:32631", "our own grid", "-t_srs 'our own grid'"),
         ("EPSG:32631", "EPSG:2263", "not in EPSG:2263"),
         (
+            "EPSG:32613",
+            "EPSG:28992",
+            "too far from where EPSG:28992, the city's system, is good",
+        ),
+        (
             "EPSG:32631",
             "EPSG:6677",
             "at longitudes 4.45 to 4.46, too far from where EPSG:6677",

@@ -5,6 +5,15 @@ use proj4rs::proj::Proj;
 /// How longitudes and latitudes are written that are taken for those of WGS 84.
 const DEGREES: &str = "+proj=longlat +datum=WGS84 +no_defs";
 
+/// Projections that are of use near a meridian only.
+const LOCAL: [&str; 5] = [
+    "+proj=tmerc",
+    "+proj=sterea",
+    "+proj=somerc",
+    "+proj=krovak",
+    "+proj=cass",
+];
+
 /// A system with east and north in metres.
 ///
 /// Of a compound system, such as EPSG:7415, this is the horizontal part, EPSG:28992: heights are
@@ -34,7 +43,7 @@ impl System {
         &self.proj
     }
 
-    /// Where it is most exact, degrees, for systems that are drawn about one meridian.
+    /// Where it is most exact, degrees, for systems of a narrow zone or a small country.
     pub fn meridian(&self) -> Option<f64> {
         let number = |key| {
             let words = self.definition.split_whitespace();
@@ -43,7 +52,7 @@ impl System {
         };
         match number("+zone=") {
             Some(zone) => Some(zone * 6.0 - 183.0),
-            None if self.definition.contains("+proj=tmerc") => number("+lon_0="),
+            None if LOCAL.iter().any(|p| self.definition.contains(p)) => number("+lon_0="),
             None => None,
         }
     }
