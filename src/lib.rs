@@ -43,14 +43,15 @@
 //! | module | is | may use | knows nothing of |
 //! |---|---|---|---|
 //! | [`geom`] | boxes, views, frusta, distances; the numeric contract | – | ids, files, LOD |
+//! | [`file`] | files are replaced whole or not at all | – | what is in them |
 //! | [`scene`] | what a city is; a generator | geom | formats, trees, cameras |
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
-//! | [`index`] | tree with representatives, packed; its file | geom, scene | views, HTTP |
-//! | [`terrain`] | height field, quadtree, criteria, meshes without cracks | geom | scene, index |
+//! | [`index`] | tree with representatives, packed; its file | geom, file, scene | views, HTTP |
+//! | [`terrain`] | height field, quadtree, criteria, meshes without cracks | geom, file | scene, index |
 //! | [`control`] | `far_dist` from frame times: a pure step | – | trees, views, clocks |
 //! | [`lod`] | the seven-step retrieval, error and budget modes | geom, index | files, HTTP |
 //! | [`raster`] | id-buffer of boxes and meshes; pictures | geom, scene | LOD, HTTP |
-//! | [`effects`] | motion, haze, occlusion: entered only where the scene declares them | geom, scene, lod, raster | trees, HTTP |
+//! | [`effects`] | motion, haze, occlusion, terrain: entered only where the scene declares them | geom, scene, lod, raster, terrain | trees, HTTP |
 //! | [`frame`] | one frame: view and knobs → what to draw | all above | clocks, files, HTTP |
 //! | [`experiment`] | the paper's questions → records | all above | the service |
 //! | [`service`] | HTTP | all above but experiment | the command line |
@@ -72,6 +73,7 @@ pub mod cli;
 pub mod control;
 pub mod effects;
 pub mod experiment;
+pub mod file;
 pub mod frame;
 pub mod geom;
 pub mod import;

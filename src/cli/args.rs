@@ -9,6 +9,7 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
 use super::ground::GroundArgs;
+use super::numbers::{angle, bytes, metres, milliseconds, number};
 use crate::experiment::Experiment;
 use crate::geom::DVec3;
 use crate::import::Up;
@@ -42,6 +43,7 @@ pub(super) enum Command {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub(super) struct ImportArgs {
     /// Files of one city; formats may differ. With --into, one elevation file
     #[arg(required = true)]
@@ -63,7 +65,7 @@ pub(super) struct ImportArgs {
     /// GeoJSON property with the height in metres [default: height, measuredHeight, …]
     #[arg(long)]
     pub height: Option<String>,
-    /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion
+    /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion, terrain
     #[arg(long, value_name = "FILE")]
     pub effects: Option<PathBuf>,
     /// Warnings to show; the rest are counted
@@ -72,6 +74,7 @@ pub(super) struct ImportArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub(super) struct GenerateArgs {
     /// How many objects
     #[arg(long, default_value_t = 23_951, value_parser = clap::value_parser!(u32).range(..=100_000_000))]
@@ -85,7 +88,7 @@ pub(super) struct GenerateArgs {
     /// What makes an object stand for its neighbours; .citylod only [default: tallest]
     #[arg(long)]
     pub promote: Option<PromoteArg>,
-    /// JSON file that declares motion, haze, occlusion; .citylod only
+    /// JSON file that declares motion, haze, occlusion, terrain; .citylod only
     #[arg(long, value_name = "FILE")]
     pub effects: Option<PathBuf>,
 }
@@ -124,7 +127,7 @@ pub(super) struct SelectArgs {
     #[arg(long, allow_hyphen_values = true)]
     pub target: PointArg,
     /// Full vertical angle of view, degrees
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 60.0, value_parser = angle)]
     pub fov: f64,
     /// Picture size, pixels
     #[arg(long, default_value = "1920x1080")]
@@ -150,10 +153,10 @@ pub(super) struct SelectArgs {
     /// How objects at the border of the view are culled: by its planes, or exactly
     #[arg(long, default_value = "fast")]
     pub culling: CullingArg,
-    /// Speed of the camera, m/s; matters where the city declares motion
-    #[arg(long, default_value_t = 0.0)]
-    pub speed: f64,
-    /// Switch off an effect that the city declares; may be given more than once
+    /// Speed of the camera, m/s, where the city declares motion
+    #[arg(long)]
+    pub speed: Option<f64>,
+    /// Switch off an effect, should the city declare it; may be given more than once
     #[arg(long, value_name = "EFFECT")]
     pub without: Vec<EffectArg>,
 }
@@ -163,7 +166,7 @@ pub(super) struct QueryArgs {
     #[command(flatten)]
     pub select: SelectArgs,
     /// Work it out so many times in the same memory, and time the last
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub repeat: u32,
     /// As JSON, like the HTTP service
     #[arg(long)]
@@ -171,6 +174,9 @@ pub(super) struct QueryArgs {
     /// With the pixels of each object, where the city declares occlusion
     #[arg(long, requires = "json")]
     pub visible_pixels: bool,
+    /// With the patches of the ground, where the city declares terrain
+    #[arg(long, requires = "json")]
+    pub patches: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -186,6 +192,7 @@ pub(super) struct RenderArgs {
 }
 
 #[derive(Debug, Clone, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub(super) struct ServeArgs {
     /// Cities to serve, each under the name of its file; read again on SIGHUP
     pub files: Vec<PathBuf>,
@@ -193,25 +200,28 @@ pub(super) struct ServeArgs {
     #[arg(long, default_value = "127.0.0.1:8080")]
     pub listen: SocketAddr,
     /// Longest request body, and longest message of a stream
-    #[arg(long, default_value_t = 64 * 1024)]
+    #[arg(long, default_value_t = 64 * 1024, value_parser = bytes)]
     pub max_body_bytes: usize,
     /// Longest time a request may take to arrive, and an answer or a stream may go unread
-    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 10_000, value_parser = milliseconds())]
     pub timeout_ms: u64,
     /// Most requests in work at once; more are answered 503
-    #[arg(long, default_value_t = 256, value_parser = at_least_one)]
+    #[arg(long, default_value_t = 256, value_parser = number)]
     pub max_concurrency: usize,
     /// Most ids in one answer; larger ones are refused with 413
-    #[arg(long, default_value_t = 1_000_000)]
+    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub max_answer_objects: u32,
+    /// Longest time that occlusion may take; requests for which it takes longer are refused with 422
+    #[arg(long, default_value_t = 2_000, value_parser = milliseconds())]
+    pub max_occlusion_ms: u64,
     /// Most connections, without streams; more wait
-    #[arg(long, default_value_t = 4096, value_parser = at_least_one)]
+    #[arg(long, default_value_t = 4096, value_parser = number)]
     pub max_connections: usize,
     /// Most streams; more are answered 503
-    #[arg(long, default_value_t = 2048, value_parser = at_least_one)]
+    #[arg(long, default_value_t = 2048, value_parser = number)]
     pub max_streams: usize,
     /// Longest time a stream may go without a message before it is closed
-    #[arg(long, default_value_t = 300_000, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 300_000, value_parser = milliseconds())]
     pub stream_idle_ms: u64,
     /// How the log is written to standard error; the variable `RUST_LOG` says how much
     #[arg(long, default_value = "text")]
@@ -246,11 +256,6 @@ fn png_name(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-fn metres(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|m: &f64| !m.is_nan());
-    number.ok_or_else(|| "expected a number of metres or inf".into())
-}
-
 /// A fault in what was typed that shows only after parsing; the run ends with 2.
 pub(super) fn misuse(verb: &str, reason: impl std::fmt::Display) -> clap::Error {
     let mut command = Args::command();
@@ -261,15 +266,8 @@ pub(super) fn misuse(verb: &str, reason: impl std::fmt::Display) -> clap::Error 
     }
 }
 
-fn at_least_one(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(0) => Err("must be at least 1".into()),
-        Ok(number) => Ok(number),
-        Err(_) => Err("expected a whole number".into()),
-    }
-}
-
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub(super) struct ExperimentArgs {
     /// Which one
     #[arg(value_parser = experiment_names())]
@@ -283,8 +281,8 @@ pub(super) struct ExperimentArgs {
     /// A city to look at beside the generated ones; may be given more than once
     #[arg(long)]
     pub city: Vec<PathBuf>,
-    /// Largest generated city, objects [default: 10000000]
-    #[arg(long)]
+    /// Largest generated city, objects; of ground, posts [default: 10000000]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1_000..=100_000_000))]
     pub largest: Option<u32>,
 }
 
@@ -329,6 +327,7 @@ pub(super) enum EffectArg {
     Motion,
     Haze,
     Occlusion,
+    Terrain,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -360,6 +359,9 @@ impl From<PromoteArg> for Promotion {
     }
 }
 
+/// Nothing on earth lies farther from the origin of any system.
+const FARTHEST_M: f64 = 1e9;
+
 /// `x,y,z`
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PointArg(pub DVec3);
@@ -369,9 +371,14 @@ impl FromStr for PointArg {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
-        match numbers.as_deref() {
-            Ok([x, y, z]) => Ok(Self(DVec3::new(*x, *y, *z))),
-            _ => Err("expected three numbers with commas, such as 120,-35.5,1.7".into()),
+        let Ok([x, y, z]) = numbers.as_deref() else {
+            return Err("expected three numbers with commas, such as 120,-35.5,1.7".into());
+        };
+        let point = DVec3::new(*x, *y, *z);
+        if point.abs().cmple(DVec3::splat(FARTHEST_M)).all() {
+            Ok(Self(point))
+        } else {
+            Err("must lie within a million kilometres of the origin, in metres".into())
         }
     }
 }

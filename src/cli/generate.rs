@@ -4,7 +4,8 @@ use anyhow::{Context, Result};
 
 use super::args::{GenerateArgs, extension, misuse};
 use super::effects::declared;
-use super::{glb, progress, text};
+use super::say::say;
+use super::{glb, ground, progress, text};
 use crate::index;
 use crate::scene::{CityParams, Scene, generate};
 
@@ -32,16 +33,17 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         let promotion = args.promote.map(Into::into).unwrap_or_default();
         let tree = index::build(&scene, promotion)?;
         tree.save(&args.output)?;
+        ground::warn_of_other(&args.output);
         text::summary(&tree)
     };
     spinner.finish_and_clear();
-    eprintln!("{}: {summary}", args.output.display());
+    say!("{}: {summary}", args.output.display());
     Ok(())
 }
 
 fn write_glb(args: &GenerateArgs, scene: &Scene) -> Result<()> {
     let path = args.output.display();
-    crate::index::replace_file(&args.output, |file| {
+    crate::file::replace(&args.output, |file| {
         let mut out = BufWriter::new(file);
         glb::write_glb(scene, &mut out)?;
         std::io::Write::flush(&mut out)

@@ -6,8 +6,11 @@ use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::{ImportArgs, citylod_name};
+use super::say::say;
 use super::{progress, text};
+use crate::effects::terrain::{Land, LandError};
 use crate::index::LodTree;
+use crate::scene::{Effects, Terrain};
 use crate::terrain::pyramid::{Pyramid, Tiling, beside, write};
 use crate::terrain::read::{Encoding, Options, read};
 use crate::terrain::{Footing, HeightField, footing};
@@ -20,7 +23,7 @@ const TOLERANCE_M: f64 = 2.0;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub(super) struct GroundArgs {
-    /// City to lay the ground of; written beside it, with the ending .terrain
+    /// City to lay the ground of: written beside it, with the ending .terrain, and declared in it
     #[arg(long, value_name = "CITY", value_parser = citylod_name,
           conflicts_with_all = ["output", "up", "lod", "height", "effects"])]
     pub into: Option<PathBuf>,
@@ -68,6 +71,19 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     let raster = read(file, &options)?.to_metres(file, tree.crs())?;
     let output = beside(city);
     let field = &raster.field;
+    spinner.set_message("looking what stands on it");
+    let standing = Standing::of(&tree, field, args.warnings);
+    if standing.without == u64::from(tree.object_count()) && standing.without > 0 {
+        bail!(
+            "{}: lies under nothing of the city: it reaches from {} to {}, the city from {} to {}; {} is left as it was",
+            file.display(),
+            corner(field, false),
+            corner(field, true),
+            text::point(tree.bounds().min(), " "),
+            text::point(tree.bounds().max(), " "),
+            output.display()
+        );
+    }
     write(
         &output,
         &Tiling::new(*field.grid()),
@@ -75,83 +91,116 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         |column, row| field.height(column, row),
         &|done, blocks| spinner.set_message(format!("writing block {done} of {blocks}")),
     )?;
-    spinner.set_message("looking what stands on it");
-    let report = report(&tree, field, args.warnings);
+    let pyramid = Pyramid::open(&output)?;
+    declare(&tree, &pyramid).save(city)?;
     spinner.finish_and_clear();
     match (tree.crs(), &raster.crs) {
         (None, Some(crs)) => {
-            eprintln!(
+            say!(
                 "warning: the ground lies in {crs}, the city names no system; they are taken for the same"
             );
         }
         (Some(crs), None) => {
-            eprintln!(
+            say!(
                 "warning: the city lies in {crs}, the elevation names no system; they are taken for the same"
             );
         }
         _ => {}
     }
-    for line in report {
-        eprintln!("{line}");
+    for line in standing.lines(&tree, field) {
+        say!("{line}");
     }
-    eprintln!("{}: {}", output.display(), line(&Pyramid::open(&output)?));
+    say!("{}: {}", output.display(), line(&pyramid));
+    say!(
+        "{}: declares terrain: query, render and serve draw this ground; --without terrain leaves it out",
+        city.display()
+    );
     Ok(())
 }
 
-/// A warning for each object whose base does not meet the ground, `most` of them, and what they
-/// come to.
-fn report(tree: &LodTree, field: &HeightField, most: usize) -> Vec<String> {
-    let mut lines = Vec::new();
-    let (mut above, mut below, mut without) = (0_u64, 0_u64, 0_u64);
-    for number in 0..tree.object_count() {
-        let Some(object) = tree.object(number) else {
-            continue;
-        };
-        let gap = match footing(field, &object.bounds, TOLERANCE_M) {
-            Footing::Meets => continue,
-            Footing::NoGround => {
-                without += 1;
-                continue;
+/// The city with this ground declared, with the settings that it declares already.
+fn declare(tree: &LodTree, pyramid: &Pyramid) -> LodTree {
+    let declared = *tree.effects();
+    tree.declaring(Effects {
+        terrain: Some(Terrain {
+            ground: Some(pyramid.checksum()),
+            ..declared.terrain.unwrap_or_default()
+        }),
+        ..declared
+    })
+}
+
+/// How the objects of a city stand on ground.
+#[derive(Debug, Default)]
+struct Standing {
+    /// Of those whose base does not meet it, the first ones.
+    named: Vec<String>,
+    above: u64,
+    below: u64,
+    without: u64,
+}
+
+impl Standing {
+    fn of(tree: &LodTree, field: &HeightField, most: usize) -> Self {
+        let mut standing = Self::default();
+        for object in (0..tree.object_count()).filter_map(|number| tree.object(number)) {
+            let gap = match footing(field, &object.bounds, TOLERANCE_M) {
+                Footing::Meets => continue,
+                Footing::NoGround => {
+                    standing.without += 1;
+                    continue;
+                }
+                Footing::Above(gap) => {
+                    standing.above += 1;
+                    format!("{} m above", text::metres(gap))
+                }
+                Footing::Below(gap) => {
+                    standing.below += 1;
+                    format!("{} m below", text::metres(gap))
+                }
+            };
+            if standing.named.len() < most {
+                standing.named.push(format!(
+                    "warning: {}: its base is {gap} the ground under it",
+                    object.id
+                ));
             }
-            Footing::Above(gap) => {
-                above += 1;
-                format!("{} m above", text::metres(gap))
-            }
-            Footing::Below(gap) => {
-                below += 1;
-                format!("{} m below", text::metres(gap))
-            }
-        };
-        if lines.len() < most {
+        }
+        standing
+    }
+
+    /// A warning for each that is named, and what they come to.
+    fn lines(self, tree: &LodTree, field: &HeightField) -> Vec<String> {
+        let Self {
+            named: mut lines,
+            above,
+            below,
+            without,
+        } = self;
+        let hidden = above + below - lines.len() as u64;
+        if hidden > 0 {
+            let all = above + below;
+            let more = text::counted(hidden, "more object");
+            lines.push(format!("and {more}; see them with --warnings {all}"));
+        }
+        let of = text::counted(tree.object_count().into(), "object");
+        if above + below > 0 {
             lines.push(format!(
-                "warning: {}: its base is {gap} the ground under it",
-                object.id
+                "warning: of {of}, {} stand more than {TOLERANCE_M} m above the ground under them and {} more than that below; ground and city may count heights from different levels",
+                text::grouped(above),
+                text::grouped(below)
             ));
         }
+        if without > 0 {
+            lines.push(format!(
+                "warning: of {of}, {} have no ground under them; the ground reaches from {} to {}",
+                text::grouped(without),
+                corner(field, false),
+                corner(field, true)
+            ));
+        }
+        lines
     }
-    let hidden = above + below - lines.len() as u64;
-    if hidden > 0 {
-        let all = above + below;
-        let more = text::counted(hidden, "more object");
-        lines.push(format!("and {more}; see them with --warnings {all}"));
-    }
-    let of = text::counted(tree.object_count().into(), "object");
-    if above + below > 0 {
-        lines.push(format!(
-            "warning: of {of}, {} stand more than {TOLERANCE_M} m above the ground under them and {} more than that below; ground and city may count heights from different levels",
-            text::grouped(above),
-            text::grouped(below)
-        ));
-    }
-    if without > 0 {
-        lines.push(format!(
-            "warning: of {of}, {} have no ground under them; the ground reaches from {} to {}",
-            text::grouped(without),
-            corner(field, false),
-            corner(field, true)
-        ));
-    }
-    lines
 }
 
 /// The south-west or north-east post.
@@ -169,18 +218,30 @@ fn corner(field: &HeightField, far: bool) -> String {
     )
 }
 
-/// The ground beside a city, if there is any; checked through where asked.
-pub(super) fn of_city(city: &Path, check: bool) -> Result<Option<Pyramid>> {
-    let path = beside(city);
-    if !path.exists() {
-        return Ok(None);
+/// The ground of a city that declares terrain.
+pub(super) fn land(city: &Path, tree: &LodTree) -> Result<Option<Land>, LandError> {
+    let declared = tree.effects().terrain.as_ref();
+    declared
+        .map(|terrain| Land::of_city(city, terrain))
+        .transpose()
+}
+
+/// A warning where a city is put beside ground that was laid under another.
+pub(super) fn warn_of_other(city: &Path) {
+    let ground = beside(city);
+    if ground.exists() {
+        let (ground, city) = (ground.display(), city.display());
+        say!(
+            "warning: {ground}: was laid under what {city} was before, and is not used: lay the ground anew with citylod import ELEVATION --into {city}, or remove it"
+        );
     }
-    let open = if check {
-        Pyramid::open_verified
-    } else {
-        Pyramid::open
-    };
-    Ok(Some(open(&path)?))
+}
+
+/// What is beside a city, where it declares terrain and its ground was laid.
+pub(super) fn of_city(city: &Path, tree: &LodTree) -> Result<Option<Pyramid>, LandError> {
+    let declared = tree.effects().terrain.as_ref();
+    let laid = declared.filter(|terrain| terrain.ground.is_some());
+    laid.map(|terrain| Land::open(city, terrain)).transpose()
 }
 
 /// What a pyramid holds, in one line.

@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 
 use super::args::ImportArgs;
 use super::effects::declared;
+use super::say::say;
 use super::{ground, progress, text};
 use crate::import::{Options, Unused, import};
 use crate::index;
@@ -34,14 +35,14 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
     imported.scene.effects = effects;
 
     for option in &imported.unused {
-        eprintln!("warning: {}", unused(*option));
+        say!("warning: {}", unused(*option));
     }
     for warning in imported.warnings.iter().take(args.warnings) {
-        eprintln!("warning: {warning}");
+        say!("warning: {warning}");
     }
     let hidden = imported.warnings.len().saturating_sub(args.warnings);
     if hidden > 0 {
-        eprintln!(
+        say!(
             "and {}; see them with --warnings {}",
             text::counted(hidden as u64, "more warning"),
             imported.warnings.len()
@@ -59,7 +60,8 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
     spinner.set_message("writing");
     tree.save(output)?;
     spinner.finish_and_clear();
-    eprintln!("{}: {}", output.display(), text::summary(&tree));
+    ground::warn_of_other(output);
+    say!("{}: {}", output.display(), text::summary(&tree));
     Ok(())
 }
 

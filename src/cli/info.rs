@@ -5,14 +5,17 @@ use serde_json::json;
 
 use super::args::InfoArgs;
 use super::ground;
+use super::say::say;
 use super::text::{self, grouped};
-use crate::geom::{Aabb, DVec3};
+use crate::frame::Overview;
+use crate::geom::Aabb;
 use crate::index::LodTree;
+use crate::lod::RangeLod;
 use crate::terrain::pyramid::Pyramid;
 
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let tree = LodTree::open_verified(&args.file)?;
-    let ground = ground::of_city(&args.file, args.check)?;
+    let ground = ground::of_city(&args.file, &tree)?;
     let mut out = BufWriter::new(io::stdout().lock());
     if args.objects {
         objects(&tree, &mut out)?;
@@ -33,7 +36,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
 fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
     let violations = tree.validate();
     for violation in &violations {
-        eprintln!("{}: {violation}", args.file.display());
+        say!("{}: {violation}", args.file.display());
     }
     if !violations.is_empty() {
         bail!(
@@ -41,7 +44,7 @@ fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
             args.file.display()
         );
     }
-    eprintln!("{}: checked, sound", args.file.display());
+    say!("{}: checked, sound", args.file.display());
     Ok(())
 }
 
@@ -117,8 +120,14 @@ fn table(
     writeln!(out, "promotion  {promotion}")?;
     let effects = serde_json::to_string(tree.effects()).unwrap_or_default();
     writeln!(out, "effects    {effects}")?;
-    if let Some(ground) = ground {
-        writeln!(out, "ground     {}", ground::line(ground))?;
+    match ground {
+        Some(ground) => writeln!(out, "ground     {}", ground::line(ground))?,
+        None if tree.effects().terrain.is_some() => writeln!(
+            out,
+            "ground     none yet: citylod import ELEVATION --into {}",
+            args.file.display()
+        )?,
+        None => {}
     }
     if !bounds.is_empty() {
         writeln!(
@@ -128,22 +137,25 @@ fn table(
             text::point(bounds.max(), " ")
         )?;
         writeln!(out, "extent     {} m", text::point(bounds.size(), " x "))?;
-        writeln!(out, "try        {}", example(args, &bounds))?;
+    }
+    if let Some(overview) = Overview::of(tree) {
+        writeln!(out, "try        {}", example(args, &overview))?;
     }
     Ok(())
 }
 
-/// A query that has the city in view, from the south and above.
-fn example(args: &InfoArgs, bounds: &Aabb) -> String {
-    let (size, target) = (bounds.size(), bounds.center());
-    let back = size.max_element().max(1.0);
-    let eye = target + DVec3::new(0.0, -0.75 * back, 0.5 * back);
-    let whole = |point: DVec3| text::point(point.round(), ",");
+/// A query that shows some thousand objects.
+fn example(args: &InfoArgs, overview: &Overview) -> String {
+    let far_dist = if overview.far_dist == RangeLod::default().far_dist() {
+        String::new()
+    } else {
+        format!(" --far-dist {}", overview.far_dist)
+    };
     format!(
-        "citylod query {} --eye {} --target {}",
-        args.file.display(),
-        whole(eye),
-        whole(target)
+        "citylod query {} --eye {} --target {}{far_dist}",
+        text::word(&args.file.to_string_lossy()),
+        text::point(overview.eye, ","),
+        text::point(overview.target, ",")
     )
 }
 

@@ -2,6 +2,8 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::say::say;
+
 /// A bar that counts bytes.
 pub(super) fn bytes() -> ProgressBar {
     styled(
@@ -39,7 +41,7 @@ impl Steps {
     pub(super) fn done(&self, what: &str) {
         self.0.inc(1);
         if self.0.is_hidden() {
-            eprintln!(
+            say!(
                 "[{}/{}] {what}",
                 self.0.position(),
                 self.0.length().unwrap_or(0)

@@ -5,23 +5,41 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::args::QueryArgs;
-use super::select::{Selected, select};
+use super::args::{EffectArg, QueryArgs, misuse};
+use super::say::say;
+use super::select::{Selected, require, select};
 use super::text;
+use crate::effects::terrain::Drawn;
 use crate::frame::Effects;
-use crate::service::Tail;
+use crate::service::{Lists, Tail};
 
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
+    if args.visible_pixels && args.select.without.contains(&EffectArg::Occlusion) {
+        let reason = "--visible-pixels: is of occlusion, which --without switches off";
+        return Err(misuse("query", reason).into());
+    }
     let Selected { tree, frame, .. } = select(&args.select, "query", args.repeat)?;
+    if args.visible_pixels {
+        let declared = tree.effects().occlusion.is_some();
+        require(declared, &args.select, "occlusion", "--visible-pixels")?;
+    }
+    if args.patches {
+        let declared = tree.effects().terrain.is_some();
+        require(declared, &args.select, "terrain", "--patches")?;
+    }
     let selection = frame.selection();
     let mut out = BufWriter::new(io::stdout().lock());
     if args.json {
+        let lists = Lists {
+            pixels: args.visible_pixels,
+            patches: args.patches,
+        };
         let answer = Answer {
             scene: args.select.file.file_stem().map(OsStr::to_string_lossy),
             revision: tree.revision(),
             count: selection.count(),
             ids: selection.objects().filter_map(|o| tree.id(o)).collect(),
-            tail: Tail::of(&frame, args.visible_pixels),
+            tail: Tail::of(&frame, lists),
         };
         serde_json::to_writer(&mut out, &answer).map_err(io::Error::from)?;
         writeln!(out)?;
@@ -32,17 +50,25 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
     }
     out.flush()?;
     if !args.json {
-        eprintln!(
-            "{} of {}, retrieved in {:.0} us; nothing left out for its distance or size is \
-             larger than {:.1} pixels{}",
+        say!(
+            "{} of {}, retrieved in {:.0} us; {}{}",
             text::grouped(selection.count().into()),
             text::counted(tree.object_count().into(), "object"),
             frame.retrieval().as_secs_f64() * 1e6,
-            selection.error_px(),
+            bound(selection.error_px()),
             effects(frame.effects())
         );
     }
     Ok(())
+}
+
+/// What may be missing, for people.
+fn bound(error_px: f64) -> String {
+    if error_px == f64::INFINITY {
+        return "something around the eye may be left out for its distance or size".into();
+    }
+    let px = text::pixels(error_px);
+    format!("nothing left out for its distance or size is larger than {px} pixels")
 }
 
 /// What the effects of the city did, for people.
@@ -62,7 +88,23 @@ fn effects(ran: &Effects) -> String {
         let (hidden, us) = (text::grouped(ran.result.into()), took(ran.took));
         format!("; occlusion hid {hidden} in {us:.0} us")
     });
-    [motion, haze, occlusion].into_iter().flatten().collect()
+    let terrain = ran.terrain.map(|ran| {
+        let Drawn {
+            patches,
+            triangles,
+            error_px,
+        } = ran.result;
+        format!(
+            "; terrain draws {} between posts of {}, within {error_px:.1} pixels, in {:.0} us",
+            text::counted(triangles as u64, "triangle"),
+            text::counted(patches.into(), "tile"),
+            took(ran.took)
+        )
+    });
+    [motion, haze, occlusion, terrain]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// The answer of the HTTP service, in its order.

@@ -3,10 +3,13 @@ use std::io::{BufWriter, Write as _};
 use anyhow::{Context, Result};
 
 use super::args::{RenderArgs, TintArg, misuse};
+use super::say::say;
 use super::select::{Selected, select};
 use super::text;
-use crate::index::replace_file;
-use crate::raster::{Solid, paint};
+use crate::file;
+use crate::index::LodTree;
+use crate::lod::Selection;
+use crate::raster::{LEVEL_COLOURS, Relief, Solid, paint, paint_on};
 
 /// Longest side of a picture, pixels: one of 4096 x 4096 takes 0.8 GB to paint.
 const LONGEST_SIDE: u32 = 4096;
@@ -17,7 +20,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         let reason = format!("--size: pictures have at most {LONGEST_SIDE} pixels a side");
         return Err(misuse("render", reason).into());
     }
-    let Selected { tree, view, frame } = select(&args.select, "render", 1)?;
+    let Selected {
+        tree,
+        land,
+        view,
+        frame,
+    } = select(&args.select, "render", 1)?;
     let selection = frame.selection();
     let objects = selection.objects().filter_map(|number| tree.object(number));
     let solids: Vec<Solid> = objects
@@ -26,19 +34,48 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             TintArg::Level => Solid::by_level(object.bounds, object.class, object.level),
         })
         .collect();
-    let ground_z = tree.bounds().min().z;
-    let picture = paint(&view, size, &solids, ground_z);
-    replace_file(&args.output, |file| {
+    let picture = match (frame.surface(), &land) {
+        (Some(surface), Some(land)) => {
+            let (corners, triangles) = surface.mesh(land);
+            paint_on(&view, size, &solids, &Relief::new(corners, triangles))
+        }
+        _ => paint(&view, size, &solids, tree.bounds().min().z),
+    };
+    file::replace(&args.output, |file| {
         let mut out = BufWriter::new(file);
         picture.write_png(&mut out)?;
         out.flush()
     })
     .with_context(|| format!("{}: cannot write", args.output.display()))?;
-    eprintln!(
+    say!(
         "{}: {} of {}",
         args.output.display(),
         text::grouped(selection.count().into()),
         text::counted(tree.object_count().into(), "object"),
     );
+    if let TintArg::Level = args.tint {
+        legend(&tree, selection);
+    }
     Ok(())
+}
+
+/// What the colours of levels are, coarsest first.
+fn legend(tree: &LodTree, selection: &Selection) {
+    let mut counts = vec![0_u32; tree.level_count() as usize];
+    for level in selection
+        .objects()
+        .filter_map(|o| Some(tree.object(o)?.level))
+    {
+        counts[level as usize] += 1;
+    }
+    for (level, &count) in counts
+        .iter()
+        .enumerate()
+        .rev()
+        .filter(|(_, count)| **count > 0)
+    {
+        let (name, hex) = LEVEL_COLOURS[level.min(LEVEL_COLOURS.len() - 1)];
+        let count = text::grouped(count.into());
+        say!("  level {level}  {name:<6} #{hex:06x} {count:>11}");
+    }
 }

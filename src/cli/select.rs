@@ -5,6 +5,8 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 
 use super::args::{BeyondArg, CullingArg, EffectArg, SelectArgs, misuse};
+use super::ground;
+use crate::effects::terrain::Land;
 use crate::frame::{Active, Culling, Frame};
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
@@ -14,6 +16,8 @@ use crate::scene::Effects;
 /// A city, a camera and what it draws.
 pub(super) struct Selected {
     pub tree: LodTree,
+    /// The ground, where the city declares terrain.
+    pub land: Option<Land>,
     pub view: View,
     pub frame: Frame,
 }
@@ -23,46 +27,69 @@ pub(super) fn select(args: &SelectArgs, verb: &str, times: u32) -> Result<Select
     let wrong = |field, reason: &str| misuse(verb, format!("{}: {reason}", flag(field)));
     let lod = lod(args).map_err(|e| wrong(e.field, &e.reason))?;
     let view = view(args).map_err(|e| wrong(e.field, &e.reason))?;
-    if !(args.speed >= 0.0 && args.speed.is_finite()) {
-        let reason = format!("must be 0 or more and finite, is {}", args.speed);
-        return Err(wrong("speed_mps", &reason).into());
+    if let Some(speed) = args.speed {
+        if !(speed >= 0.0 && speed.is_finite()) {
+            let reason = format!("must be 0 or more and finite, is {speed}");
+            return Err(wrong("speed_mps", &reason).into());
+        }
+        if args.without.contains(&EffectArg::Motion) {
+            let reason = "is of motion, which --without switches off";
+            return Err(wrong("speed_mps", reason).into());
+        }
     }
     let tree = LodTree::open_verified(&args.file)?;
+    let land = ground::land(&args.file, &tree)?;
     let active = active(args, tree.effects())?;
     let mut frame = Frame::default();
     let start = Instant::now();
     for _ in 0..times {
-        frame.work_out(&tree, &view, &lod, &active, || start.elapsed());
+        match &land {
+            Some(land) => {
+                frame.work_out_on(land, &tree, &view, &lod, &active, || start.elapsed());
+            }
+            None => frame.work_out(&tree, &view, &lod, &active, || start.elapsed()),
+        }
     }
-    Ok(Selected { tree, view, frame })
+    Ok(Selected {
+        tree,
+        land,
+        view,
+        frame,
+    })
 }
 
-/// What the city declares, less what is switched off.
+/// What the city declares, less what is switched off. As over HTTP, to switch off what is not
+/// declared changes nothing, and to ask for it is an error.
 fn active(args: &SelectArgs, declared: &Effects) -> Result<Active> {
-    let mut active = Active::all(declared, args.speed);
+    if args.speed.is_some() {
+        require(declared.motion.is_some(), args, "motion", "--speed")?;
+    }
+    let mut active = Active::all(declared, args.speed.unwrap_or_default());
     active.culling = match args.culling {
         CullingArg::Fast => Culling::Fast,
         CullingArg::Exact => Culling::Exact,
     };
     for effect in &args.without {
-        let (name, was_declared) = match effect {
-            EffectArg::Motion => ("motion", declared.motion.is_some()),
-            EffectArg::Haze => ("haze", declared.haze.is_some()),
-            EffectArg::Occlusion => ("occlusion", declared.occlusion.is_some()),
-        };
         match effect {
             EffectArg::Motion => active.motion = None,
             EffectArg::Haze => active.haze = None,
             EffectArg::Occlusion => active.occlusion = None,
-        }
-        if !was_declared {
-            bail!(
-                "{}: does not declare {name}, so --without {name} has nothing to switch off",
-                args.file.display()
-            );
+            EffectArg::Terrain => active.terrain = None,
         }
     }
     Ok(active)
+}
+
+/// Refuses what is of an effect that the city does not declare.
+pub(super) fn require(declared: bool, args: &SelectArgs, effect: &str, flag: &str) -> Result<()> {
+    if declared {
+        return Ok(());
+    }
+    bail!(
+        "{}: does not declare {effect}, which {flag} is of; declare it with --effects when the \
+         city is imported or generated",
+        args.file.display()
+    )
 }
 
 fn lod(args: &SelectArgs) -> Result<Lod, LodError> {

@@ -1,4 +1,4 @@
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write as _};
 
 use anyhow::{Context, Result};
 use indicatif::ProgressBar;
@@ -6,7 +6,7 @@ use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
 use super::args::{LogFormatArg, ServeArgs};
-use super::progress;
+use super::{ground, progress};
 use crate::index::{self, LodTree, Promotion};
 use crate::scene::{CityParams, generate};
 use crate::service::{Config, Scenes, serve};
@@ -25,6 +25,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         max_concurrency: args.max_concurrency,
         max_connections: args.max_connections,
         max_answer_objects: args.max_answer_objects,
+        max_occlusion: std::time::Duration::from_millis(args.max_occlusion_ms),
         max_streams: args.max_streams,
         stream_idle: std::time::Duration::from_millis(args.stream_idle_ms),
         ..Config::default()
@@ -36,7 +37,9 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         .context("cannot start the service")?;
     let args = args.clone();
     let reread = move || self::scenes(&args, &ProgressBar::hidden()).map_err(Into::into);
-    runtime.block_on(serve(config, scenes, reread, |text| eprint!("{text}")))?;
+    runtime.block_on(serve(config, scenes, reread, |text| {
+        let _ = std::io::stderr().write_all(text.as_bytes()); // where nobody listens, it is lost
+    }))?;
     Ok(())
 }
 
@@ -69,8 +72,9 @@ fn scenes(args: &ServeArgs, spinner: &ProgressBar) -> Result<Scenes> {
         spinner.set_message(format!("opening {}", file.display()));
         let tree = LodTree::open_verified(file)?;
         let name = Scenes::name_of(file)?;
+        let land = ground::land(file, &tree)?;
         scenes
-            .insert(name, tree)
+            .insert_on(name, tree, land)
             .with_context(|| file.display().to_string())?;
     }
     if scenes.is_empty() {

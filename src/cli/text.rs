@@ -29,9 +29,28 @@ pub(super) fn metres(number: f64) -> String {
     if text == "-0" { "0" } else { text }.to_owned()
 }
 
+/// To a tenth of a pixel; numbers of many digits by their power of ten.
+pub(super) fn pixels(number: f64) -> String {
+    if number < 1e6 {
+        format!("{number:.1}")
+    } else {
+        format!("{number:.1e}")
+    }
+}
+
 /// A point or a size to the millimetre.
 pub(super) fn point(point: DVec3, between: &str) -> String {
     point.to_array().map(metres).join(between)
+}
+
+/// A word of a command, quoted where a shell would take it apart.
+pub(super) fn word(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=".contains(c);
+    if text.chars().all(is_plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
 }
 
 /// What a file holds, in one line.
@@ -48,6 +67,18 @@ pub(super) fn summary(tree: &LodTree) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words() {
+        for (text, quoted) in [
+            ("/a/b-1.citylod", "/a/b-1.citylod"),
+            ("Køln.citylod", "Køln.citylod"),
+            ("a b.citylod", "'a b.citylod'"),
+            ("o'b $HOME", r"'o'\''b $HOME'"),
+        ] {
+            assert_eq!(word(text), quoted);
+        }
+    }
 
     #[test]
     fn numbers() {

@@ -4,3 +4,4 @@
 pub mod haze;
 pub mod motion;
 pub mod occlusion;
+pub mod terrain;

@@ -3,12 +3,18 @@
 //! All selected objects are drawn as boxes into an id-buffer; who covers too few pixels goes. A
 //! box covers at least what its object covers, so an object may be hidden by the corners of a box
 //! that its mesh does not fill: buildings askew to the axes hide somewhat more than they would.
-//! Objects around the eye hide nothing and stay.
+//! Objects around the eye hide nothing and stay. Where the frame draws ground, that hides too.
 
-use crate::geom::{Aabb, View};
+use crate::geom::{Aabb, DVec3, View};
 use crate::lod::Selection;
-use crate::raster::{IdBuffer, Projector};
+use crate::raster::{IdBuffer, NONE, Projector};
 use crate::scene;
+
+/// The id of the ground in the buffer: no object has so high a number.
+const GROUND: u32 = NONE - 1;
+
+/// Boxes drawn before it is asked again whether to go on: large ones take a millisecond each.
+const BETWEEN_QUESTIONS: usize = 64;
 
 /// Takes out the hidden objects. Kept and used again, it allocates little.
 #[derive(Debug, Default)]
@@ -20,14 +26,19 @@ pub struct Occluder {
 
 impl Occluder {
     /// Takes out of `selection` what covers fewer pixels than declared, and tells how many there
-    /// were. `boxes` are those of all objects, by number: min x, y, z, max x, y, z.
+    /// were. `boxes` are those of all objects, by number: min x, y, z, max x, y, z; `ground` are the
+    /// corners and triangles of the ground that is drawn, none where there is none.
+    ///
+    /// `goes_on` is asked now and then; where it says no, nothing is taken out: `None`.
     pub fn hide(
         &mut self,
         declared: &scene::Occlusion,
         view: &View,
         boxes: &[[f64; 6]],
+        (corners, triangles): (&[DVec3], &[[u32; 3]]),
         selection: &mut Selection,
-    ) -> u32 {
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Option<u32> {
         let size = buffer_size(declared.width_px, view);
         let buffer = match &mut self.buffer {
             Some(buffer) if buffer.size() == size => buffer,
@@ -36,7 +47,14 @@ impl Occluder {
         buffer.clear();
         self.seen.clear();
         let projector = Projector::new(view, size);
-        for object in selection.objects() {
+        if !triangles.is_empty() {
+            buffer.draw_mesh(&projector, corners, triangles, GROUND);
+        }
+        for (drawn, object) in selection.objects().enumerate() {
+            if drawn % BETWEEN_QUESTIONS == 0 && !goes_on() {
+                self.seen.clear();
+                return None;
+            }
             match Aabb::nth(boxes, object) {
                 Some(bounds) if bounds.distance(view.eye()) > 0.0 => {
                     buffer.draw_box(&projector, &bounds, object);
@@ -47,10 +65,10 @@ impl Occluder {
         }
         let pixels = buffer.visible_pixels().into_iter();
         self.seen
-            .extend(pixels.filter(|(_, pixels)| *pixels >= declared.min_pixels));
+            .extend(pixels.filter(|&(id, px)| id != GROUND && px >= declared.min_pixels));
         self.seen.sort_unstable();
         let mut seen = self.seen.iter().map(|(object, _)| *object).peekable();
-        selection.retain(|object| seen.next_if_eq(&object).is_some())
+        Some(selection.retain(|object| seen.next_if_eq(&object).is_some()))
     }
 
     /// The objects that stayed, ascending, each with its pixels in the id-buffer: all of them for

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::ReportError;
 use super::exact::Camera;
+use crate::frame;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
-use crate::scene::{CityParams, Effects, Scene, SceneObject, generate};
+use crate::scene::{CityParams, Scene, SceneObject, generate};
 
 /// As many objects as in Gong's test.
 pub(super) const GONG_OBJECTS: u32 = 23_951;
@@ -25,14 +26,10 @@ pub(super) fn generated_scene(objects: u32) -> Scene {
 
 /// The tree of a generated city.
 pub(super) fn generated(objects: u32) -> Result<LodTree, ReportError> {
-    generated_with(objects, Effects::default())
-}
-
-/// The same with what it declares.
-pub(super) fn generated_with(objects: u32, effects: Effects) -> Result<LodTree, ReportError> {
-    let mut scene = generated_scene(objects);
-    scene.effects = effects;
-    Ok(index::build(&scene, Promotion::default())?)
+    Ok(index::build(
+        &generated_scene(objects),
+        Promotion::default(),
+    )?)
 }
 
 /// The real city of as many objects as Gong's in the folder that `CITYLOD_DATA` names, where
@@ -130,13 +127,7 @@ pub(super) fn spiral(middle: DVec3, spread: f64, places: u32) -> impl Iterator<I
     })
 }
 
-/// Median midpoint of the objects: a few far-off ones do not move it.
+/// The densest part on the map, z 0.
 pub(super) fn densest(tree: &LodTree) -> DVec3 {
-    let exact = tree.arrays().object_boxes;
-    let step = exact.len().div_ceil(100_000).max(1);
-    let axis = |axis: usize| {
-        let middles = exact.iter().step_by(step);
-        super::timing::median(middles.map(|b| b[axis].midpoint(b[axis + 3])).collect())
-    };
-    DVec3::new(axis(0), axis(1), 0.0)
+    frame::densest(tree).unwrap_or_default().with_z(0.0)
 }

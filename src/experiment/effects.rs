@@ -15,11 +15,12 @@ use super::plot::{self, Labels, Series};
 use super::report::{Plot, Table, circumstances, thousands};
 use super::street::{self, Street};
 use super::timing::median_us;
-use super::{Options, Progress, Report, ReportError};
+use super::{Options, Progress, Report, ReportError, hills};
+use crate::effects::terrain::Land;
 use crate::frame::{Active, Frame};
 use crate::index::LodTree;
 use crate::lod::{Lod, RangeLod};
-use crate::scene::{Effects, Haze, Motion, Occlusion};
+use crate::scene::{Effects, Haze, Motion, Occlusion, Terrain};
 
 const FAR_DIST_M: f64 = 500.0;
 const SPEED_MPS: f64 = 6.0;
@@ -83,14 +84,18 @@ pub(super) fn run(options: &Options, progress: &Progress) -> Result<Report, Repo
         ("motion", declaring(|e| e.motion = Some(MOTION))),
         ("haze", declaring(|e| e.haze = Some(HAZE))),
         ("occlusion", declaring(|e| e.occlusion = Some(OCCLUSION))),
+        (
+            "terrain",
+            declaring(|e| e.terrain = Some(Terrain::default())),
+        ),
     ] {
         progress(effect);
-        let path = counter.city(effect, objects, declared)?;
+        let city = counter.city(effect, &tree, declared)?;
         if effect == "none" {
-            rows.push(measure(effect, &tree, street, None, &counter, &path));
+            rows.push(measure(effect, &tree, street, None, &counter, &city));
         } else {
             for active in [Active::default(), Active::all(&declared, SPEED_MPS)] {
-                let row = measure(effect, &tree, street, Some(active), &counter, &path);
+                let row = measure(effect, &tree, street, Some(active), &counter, &city);
                 rows.push(row);
             }
         }
@@ -123,11 +128,15 @@ fn measure(
     street: &Street,
     active: Option<Active>,
     counter: &Counter,
-    city: &Path,
+    (city, land): &(PathBuf, Option<Land>),
 ) -> Row {
     let mut frame = Frame::default();
     let running = active.unwrap_or_default();
-    let mut work = || frame.work_out(tree, &street.view, &lod(), &running, || Duration::ZERO);
+    let (view, lod, none) = (&street.view, lod(), || Duration::ZERO);
+    let mut work = || match land {
+        Some(land) => frame.work_out_on(land, tree, view, &lod, &running, none),
+        None => frame.work_out(tree, view, &lod, &running, none),
+    };
     let frame_us = median_us(SAMPLES, &mut work);
     let on = running != Active::default();
     let without = (active.is_some() && !on).then_some(effect);
@@ -197,13 +206,22 @@ impl<'a> Counter<'a> {
         }
     }
 
-    /// Writes the generated city with what it declares.
-    fn city(&self, name: &str, objects: u32, declared: Effects) -> Result<PathBuf, ReportError> {
+    /// Writes the city with what it declares, on hills where that is terrain.
+    fn city(
+        &self,
+        name: &str,
+        tree: &LodTree,
+        mut declared: Effects,
+    ) -> Result<(PathBuf, Option<Land>), ReportError> {
         let path = self.folder.join(format!("{name}.citylod"));
-        if self.program.is_some() {
-            city::generated_with(objects, declared)?.save(&path)?;
+        let mut land = None;
+        if let Some(terrain) = &mut declared.terrain {
+            let pyramid = hills::lay(&path, &tree.bounds())?;
+            terrain.ground = Some(pyramid.checksum());
+            land = Some(Land::new(pyramid)?);
         }
-        Ok(path)
+        tree.declaring(declared).save(&path)?;
+        Ok((path, land))
     }
 
     /// Instructions of one frame whose memory is there already; `None` where they cannot be

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::report::{Report, ReportError, ReportPicture, Table};
 use super::{Experiment, Options, plot};
-use crate::index::replace_file;
+use crate::file;
 
 /// What came of an experiment that was to be run.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ pub struct Entry {
 pub fn write_index(entries: &[Entry], options: &Options, folder: &Path) -> Result<(), ReportError> {
     let path = folder.join("index.html");
     let page = page(entries, options);
-    replace_file(&path, |file| file.write_all(page.as_bytes()))
+    file::replace(&path, |file| file.write_all(page.as_bytes()))
         .map_err(|source| ReportError::Write { path, source })
 }
 

@@ -10,6 +10,7 @@ use crate::geom::ViewError;
 use crate::import::ImportError;
 use crate::index::{BuildError, FileError};
 use crate::terrain::pyramid::PyramidError;
+use crate::terrain::read::ReadError;
 use crate::terrain::{FieldError, KnobError};
 
 /// What an experiment found: tables, plots and pictures, and all of it for programs.
@@ -77,6 +78,9 @@ pub enum ReportError {
     /// A `.terrain` file cannot be read or written.
     #[error(transparent)]
     Pyramid(#[from] PyramidError),
+    /// Elevation cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// A camera cannot stand where it should.
     #[error("camera: {0}")]
     View(#[from] ViewError),

@@ -1,18 +1,21 @@
 //! One frame: a view and knobs → what to draw; and from the time that it takes, the knobs of the
 //! next ([`Feedback`]).
 //!
-//! knobs → motion → view → haze → [`lod::select`] → haze → occlusion → [`Frame::selection`]. An
-//! effect that is not active is a branch not taken.
+//! knobs → motion → view → haze → [`lod::select`] → haze → terrain → occlusion →
+//! [`Frame::selection`]. An effect that is not active is a branch not taken.
 //!
 //! Reads no clock: durations come in through an argument.
 
 mod feedback;
+mod overview;
 
 use std::time::Duration;
 
 pub use feedback::Feedback;
+pub use overview::{Overview, densest};
 
 use crate::effects::occlusion::Occluder;
+use crate::effects::terrain::{Drawn, Land, Surface};
 use crate::effects::{haze, motion};
 use crate::geom::{Aabb, SeparatingAxes, View};
 use crate::index::LodTree;
@@ -41,6 +44,11 @@ pub struct Active {
     pub haze: Option<scene::Haze>,
     /// Nothing that is hidden.
     pub occlusion: Option<scene::Occlusion>,
+    /// The ground too; [`Frame::work_out_on`] says which.
+    pub terrain: Option<scene::Terrain>,
+    /// Longest time that occlusion may take, by the clock of the frame; `None` for as long as it
+    /// takes. Where it takes longer, nothing is taken out ([`Frame::gave_up`]).
+    pub patience: Option<Duration>,
 }
 
 impl Active {
@@ -50,6 +58,7 @@ impl Active {
             motion: declared.motion.map(|motion| (motion, speed_mps)),
             haze: declared.haze,
             occlusion: declared.occlusion,
+            terrain: declared.terrain,
             ..Self::default()
         }
     }
@@ -73,6 +82,8 @@ pub struct Effects {
     pub haze: Option<Ran<u32>>,
     /// How many selected objects it took out.
     pub occlusion: Option<Ran<u32>>,
+    /// What is drawn of the ground.
+    pub terrain: Option<Ran<Drawn>>,
 }
 
 /// The answer to a frame. Kept and used again, it allocates little.
@@ -81,12 +92,14 @@ pub struct Frame {
     selection: Selection,
     lod: Lod,
     occluder: Occluder,
+    surface: Surface,
     effects: Effects,
     retrieval: Duration,
+    gave_up: bool,
 }
 
 impl Frame {
-    /// Works out what to draw.
+    /// Works out what to draw of a city without ground.
     ///
     /// `clock` tells the time since any fixed moment; `|| Duration::ZERO` where nobody asks what
     /// things took. Total, as retrieval is. Not inlined, so that its instructions can be counted.
@@ -99,20 +112,47 @@ impl Frame {
         active: &Active,
         clock: impl FnMut() -> Duration,
     ) {
+        self.work((tree, None), view, lod, active, clock);
+    }
+
+    /// Works out what to draw of a city and, where that is active, of its ground.
+    #[inline(never)]
+    pub fn work_out_on(
+        &mut self,
+        land: &Land,
+        tree: &LodTree,
+        view: &View,
+        lod: &Lod,
+        active: &Active,
+        clock: impl FnMut() -> Duration,
+    ) {
+        self.work((tree, Some(land)), view, lod, active, clock);
+    }
+
+    #[inline]
+    fn work(
+        &mut self,
+        (tree, land): (&LodTree, Option<&Land>),
+        view: &View,
+        lod: &Lod,
+        active: &Active,
+        clock: impl FnMut() -> Duration,
+    ) {
         self.effects = Effects::default();
+        self.gave_up = false;
         self.lod = *lod;
         let mut watch = Watch::new(clock);
         if *active == Active::default() {
             lod::select(tree, view, lod, &mut self.selection);
             self.retrieval = watch.lap();
         } else {
-            self.with_effects(tree, view, active, &mut watch);
+            self.with_effects((tree, land), view, active, &mut watch);
         }
     }
 
     fn with_effects(
         &mut self,
-        tree: &LodTree,
+        (tree, land): (&LodTree, Option<&Land>),
         view: &View,
         active: &Active,
         watch: &mut Watch<impl FnMut() -> Duration>,
@@ -125,17 +165,32 @@ impl Frame {
         }
         self.retrieve(tree, view, active, watch);
         let boxes = tree.arrays().object_boxes;
-        if let Some(declared) = &active.occlusion {
-            let selection = &mut self.selection;
-            let result = self.occluder.hide(declared, view, boxes, selection);
+        let land = land.filter(|_| active.terrain.is_some());
+        if let (Some(declared), Some(land)) = (&active.terrain, land) {
+            let shortened = active.haze.map(|haze| haze::shortened(haze, view));
+            let view = shortened.as_ref().unwrap_or(view);
+            let slowdown = self.effects.motion.map_or(1.0, |motion| motion.result);
+            let result = self.surface.choose(declared, land, view, slowdown);
             let took = watch.lap();
-            self.effects.occlusion = Some(Ran { result, took });
+            self.effects.terrain = Some(Ran { result, took });
+        }
+        if let Some(declared) = &active.occlusion {
+            let goes_on = || active.patience.is_none_or(|most| watch.running() <= most);
+            let selection = &mut self.selection;
+            let (corners, triangles) = land.map(|land| self.surface.mesh(land)).unwrap_or_default();
+            let ground = (&corners[..], &triangles[..]);
+            let occluder = &mut self.occluder;
+            let hidden = occluder.hide(declared, view, boxes, ground, selection, goes_on);
+            let took = watch.lap();
+            self.effects.occlusion = hidden.map(|result| Ran { result, took });
+            self.gave_up = hidden.is_none();
         }
     }
 
     /// Retrieval, within the visibility range and by exact culling where asked. A budget is not
-    /// spent on what these take out: so much more is asked for until it is met; what they take
-    /// out only grows with it, so this ends, at the latest when nothing is left out.
+    /// spent on what these take out: more is asked for until enough is left, and the largest of
+    /// that are kept. From the third time on at least twice as much is asked for, so that all
+    /// of it takes about as long as the last time, whatever they take out.
     fn retrieve(
         &mut self,
         tree: &LodTree,
@@ -149,7 +204,7 @@ impl Frame {
         let axes = (active.culling == Culling::Exact).then(|| SeparatingAxes::new(view.frustum()));
         let mut lod = self.lod;
         self.retrieval = Duration::ZERO;
-        loop {
+        for least_growth in [SLACK, SLACK].into_iter().chain(std::iter::repeat(2.0)) {
             let seen = shortened.as_ref().unwrap_or(view);
             lod::select(tree, seen, &lod, &mut self.selection);
             let mut removed = 0;
@@ -169,11 +224,18 @@ impl Frame {
             let (Lod::Budget(asked), Lod::Budget(spent)) = (self.lod, lod) else {
                 return;
             };
-            let needed = asked.max_objects().saturating_add(removed);
-            if needed <= spent.max_objects() {
+            let (wanted, kept) = (asked.max_objects(), self.selection.count());
+            let is_all = kept + removed < spent.max_objects();
+            if kept >= wanted || is_all {
+                lod::keep_largest(tree, view, wanted, &mut self.selection);
+                self.retrieval += watch.lap();
                 return;
             }
-            lod = Lod::Budget(BudgetLod::new(needed));
+            let growth = SLACK * f64::from(wanted) / f64::from(kept.max(1));
+            let growth = growth.clamp(least_growth, MOST_GROWTH);
+            // Saturates where no tree has as many.
+            let most = (f64::from(spent.max_objects()) * growth).ceil() as u32;
+            lod = Lod::Budget(BudgetLod::new(most));
         }
     }
 
@@ -192,6 +254,11 @@ impl Frame {
         &self.effects
     }
 
+    /// Whether occlusion was given up, as it took too long ([`Active::patience`]).
+    pub fn gave_up(&self) -> bool {
+        self.gave_up
+    }
+
     /// What retrieval took.
     pub fn retrieval(&self) -> Duration {
         self.retrieval
@@ -206,11 +273,21 @@ impl Frame {
         }
     }
 
+    /// Where terrain ran: what is drawn of the ground.
+    pub fn surface(&self) -> Option<&Surface> {
+        self.effects.terrain.map(|_| &self.surface)
+    }
+
     /// Width × height of the id-buffer that occlusion was found with.
     pub fn buffer_size(&self) -> [u32; 2] {
         self.occluder.size()
     }
 }
+
+/// What a budget is raised by beyond what the share that was left says.
+const SLACK: f64 = 1.05;
+/// What a budget is raised by at most: where next to nothing is left, that share says little.
+const MOST_GROWTH: f64 = 8.0;
 
 /// Tells how long each step took.
 struct Watch<C> {
@@ -222,6 +299,11 @@ impl<C: FnMut() -> Duration> Watch<C> {
     fn new(mut clock: C) -> Self {
         let last = clock();
         Self { clock, last }
+    }
+
+    /// Time since the last step.
+    fn running(&mut self) -> Duration {
+        (self.clock)().saturating_sub(self.last)
     }
 
     fn lap(&mut self) -> Duration {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use compact_str::CompactString;
 
+use super::extents::Extents;
 use super::{ImportError, Imported, Place, Source};
 use crate::scene::{Renamed, Scene, SceneObject};
 
@@ -39,17 +40,18 @@ pub(super) struct Collector {
     scene: Scene,
     warnings: Vec<Warning>,
     path: Arc<PathBuf>,
-    /// The current file says where it lies.
-    stated: bool,
-    /// Files with objects that do not say it.
-    unstated: Vec<Arc<PathBuf>>,
+    /// The current file is the last one.
+    files: Extents,
+    /// How many warnings there were before the current file.
+    warned_before: usize,
 }
 
 impl Collector {
     /// The next objects come from this file.
     pub(super) fn begin(&mut self, source: &Source) {
         self.path = Arc::new(source.path().to_owned());
-        self.stated = false;
+        self.files.begin(Arc::clone(&self.path));
+        self.warned_before = self.warnings.len();
     }
 
     /// The objects of the current file lie in this system.
@@ -61,7 +63,7 @@ impl Collector {
                 expected: expected.clone(),
             }),
             _ => {
-                self.stated = true;
+                self.files.state();
                 self.scene.crs = Some(crs.to_owned());
                 Ok(())
             }
@@ -74,10 +76,7 @@ impl Collector {
     }
 
     pub(super) fn object(&mut self, object: SceneObject) {
-        let is_noted = || self.unstated.last() == Some(&self.path);
-        if !self.stated && !is_noted() {
-            self.unstated.push(Arc::clone(&self.path));
-        }
+        self.files.add(&object.bounds);
         self.scene.objects.push(object);
     }
 
@@ -90,21 +89,30 @@ impl Collector {
         });
     }
 
-    pub(super) fn finish(mut self) -> Imported {
-        if let Some(crs) = self.scene.crs.clone() {
-            let taken = |path| Warning {
-                path,
-                object: None,
-                place: Place::File,
-                what: format!(
-                    "states no coordinate reference system; taken to lie in {crs} like the other \
-                     files"
-                ),
-            };
-            // First, where no number of other warnings hides them.
-            self.warnings
-                .splice(0..0, self.unstated.drain(..).map(taken));
-        }
+    /// Puts one warning of the current file in the place of those of its objects that say `what`.
+    pub(super) fn condense(&mut self, what: &str, instead: String) {
+        let path = Arc::clone(&self.path);
+        let mut at = 0;
+        let first = self.warned_before;
+        self.warnings.retain(|warning| {
+            at += 1;
+            at <= first || !warning.what.starts_with(what)
+        });
+        let warning = Warning {
+            path,
+            object: None,
+            place: Place::File,
+            what: instead,
+        };
+        self.warnings.insert(first, warning);
+    }
+
+    /// # Errors
+    /// [`ImportError::FarApart`].
+    pub(super) fn finish(mut self) -> Result<Imported, ImportError> {
+        let doubts = self.files.doubts(self.scene.crs.as_deref())?;
+        // First, where no number of other warnings hides them.
+        self.warnings.splice(0..0, doubts);
         let renamed = if self.ids_repeat() {
             self.scene.canonicalize()
         } else {
@@ -114,11 +122,11 @@ impl Collector {
             let what = format!("its id is taken; imported as {to:?}");
             self.warn(Some(&from), Place::File, what);
         }
-        Imported {
+        Ok(Imported {
             scene: self.scene,
             warnings: self.warnings,
             unused: Vec::new(),
-        }
+        })
     }
 
     fn ids_repeat(&self) -> bool {

@@ -88,6 +88,19 @@ pub enum ImportError {
         /// The system of the files before it.
         expected: String,
     },
+    /// A file does not say which system it lies in, and cannot lie in that of the others.
+    #[error(
+        "{}: states no coordinate reference system and lies {km} km from {}, too far for one city; convert them to one system, or import them into separate scenes",
+        path.display(), other.display()
+    )]
+    FarApart {
+        /// The file.
+        path: PathBuf,
+        /// The nearest of the others.
+        other: PathBuf,
+        /// How far apart they lie, km.
+        km: f64,
+    },
 }
 
 impl ImportError {

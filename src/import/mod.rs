@@ -10,6 +10,7 @@ mod cityjson;
 mod collector;
 mod crs;
 mod error;
+mod extents;
 mod geojson;
 mod gltf;
 mod json;
@@ -96,7 +97,7 @@ impl Options {
 ///
 /// # Errors
 /// [`ImportError`], naming the file and the place in it, when a file cannot be read at all or the
-/// files do not share a coordinate reference system. No partial scene is returned.
+/// files do not share a coordinate reference system, or cannot. No partial scene is returned.
 pub fn import(
     files: &[PathBuf],
     options: &Options,
@@ -124,7 +125,7 @@ pub fn import(
         done += size;
         progress(done, total);
     }
-    let mut imported = collector.finish();
+    let mut imported = collector.finish()?;
     imported.unused = options.unused(&formats);
     Ok(imported)
 }

@@ -43,6 +43,11 @@ impl Source {
         if metadata.is_dir() {
             return Err(io(io::Error::from(io::ErrorKind::IsADirectory)));
         }
+        if !metadata.is_file() {
+            let what =
+                "it is a pipe or a device, and it takes a second look; save it to a file first";
+            return Err(io(io::Error::other(what)));
+        }
         let mut source = Self {
             path: path.to_owned(),
             size: metadata.len(),

@@ -30,6 +30,12 @@ pub enum FileError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// Nothing is in it.
+    #[error("{}: header: the file is empty; make one with `citylod import` or `citylod generate`", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
     /// Not one of these files at all.
     #[error("{}: header: not a .citylod file; make one with `citylod import` or `citylod generate`", path.display())]
     Foreign {

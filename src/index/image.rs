@@ -76,6 +76,19 @@ impl Image {
         bytemuck::try_cast_slice(self.section(section)).unwrap_or_default()
     }
 
+    /// The same with another meta section.
+    pub(super) fn with_meta(&self, meta: &[u8]) -> Self {
+        let of = |section| match section {
+            Section::Meta => meta,
+            other => self.section(other),
+        };
+        let mut draft = Draft::new(&counts(&self.header), |section| of(section).len());
+        for section in Section::ALL {
+            draft.fill::<u8>(section).copy_from_slice(of(section));
+        }
+        draft.finish(self.header)
+    }
+
     /// Compares every checksum: every byte of the file is under one.
     pub(super) fn verify(&self) -> Result<(), Damage> {
         let bytes = self.bytes();

@@ -44,6 +44,14 @@ impl Meta {
         }
     }
 
+    /// The same scene with other effects.
+    pub(super) fn declaring(&self, effects: Effects) -> Self {
+        Self {
+            effects,
+            ..self.clone()
+        }
+    }
+
     pub(super) fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
     }

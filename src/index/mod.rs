@@ -19,7 +19,6 @@ mod pack;
 mod plan;
 mod promotion;
 mod radii;
-mod replace;
 mod texts;
 mod tree;
 mod validate;
@@ -28,7 +27,6 @@ pub use edit::CityTree;
 pub use envelope::{Candidate, LodEnvelope};
 pub use error::{BuildError, FileError};
 pub use promotion::Promotion;
-pub use replace::replace_file;
 pub use tree::{Arrays, LodTree, Object};
 pub use validate::{Violation, validate};
 

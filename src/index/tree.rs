@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use super::error::FileError;
 use super::file::{Damage, Section, VERSION};
 use super::image::{Image, Refusal};
 use super::meta::Meta;
-use super::replace::replace_file;
+use crate::file;
 use crate::geom::{Aabb, DVec3};
 use crate::scene::Effects;
 
@@ -129,10 +129,19 @@ impl LodTree {
                 source,
             }
         };
-        let file = File::open(path).map_err(io("cannot open"))?;
-        if file.metadata().map_err(io("cannot open"))?.len() == 0 {
-            return Err(refused(path, Refusal::Foreign));
+        let metadata = path.metadata().map_err(io("cannot open"))?;
+        if metadata.is_dir() {
+            return Err(io("cannot open")(ErrorKind::IsADirectory.into()));
         }
+        if !metadata.is_file() {
+            let what = "it is a pipe or a device, which cannot be mapped; save it to a file first";
+            return Err(io("cannot open")(std::io::Error::other(what)));
+        }
+        if metadata.len() == 0 {
+            let path = path.to_owned();
+            return Err(FileError::Empty { path });
+        }
+        let file = File::open(path).map_err(io("cannot open"))?;
         #[allow(
             unsafe_code,
             reason = "mapping a file is the one thing that needs it; the caller's duty is in the docs"
@@ -166,7 +175,7 @@ impl LodTree {
     /// # Errors
     /// [`FileError::Io`]; what was at `path` before is then still there.
     pub fn save(&self, path: &Path) -> Result<(), FileError> {
-        replace_file(path, |out| out.write_all(self.image.bytes())).map_err(|source| {
+        file::replace(path, |out| out.write_all(self.image.bytes())).map_err(|source| {
             FileError::Io {
                 path: path.to_owned(),
                 action: "cannot write",
@@ -194,6 +203,14 @@ impl LodTree {
     /// What the scene calls for beyond its objects.
     pub fn effects(&self) -> &Effects {
         self.meta.effects()
+    }
+
+    /// The same city with other effects declared.
+    #[must_use]
+    pub fn declaring(&self, effects: Effects) -> Self {
+        let meta = self.meta.declaring(effects);
+        let image = self.image.with_meta(&meta.to_json());
+        Self { image, meta }
     }
 
     /// The kinds of object there are, sorted.

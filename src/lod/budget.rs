@@ -107,6 +107,28 @@ impl Last {
     }
 }
 
+/// Keeps the `most` largest objects of a selection, of equals those with the lower number. What
+/// goes counts for [`Selection::error_px`].
+pub fn keep_largest(tree: &LodTree, view: &View, most: u32, selection: &mut Selection) {
+    if selection.count() <= most {
+        return;
+    }
+    let sized = |object| {
+        let size = view.size_px(&tree.bounds_of(object)?);
+        Some(Sized { size, object })
+    };
+    let mut ranked: Vec<Sized> = selection.objects().filter_map(sized).collect();
+    if ranked.len() <= most as usize {
+        return; // only in a damaged file
+    }
+    let (kept, best_left, _) = ranked.select_nth_unstable_by(most as usize, larger);
+    let omitted = best_left.size.max(selection.error_px());
+    kept.sort_unstable_by_key(|sized| sized.object);
+    let mut kept = kept.iter().map(|sized| sized.object).peekable();
+    selection.retain(|object| kept.next_if_eq(&object).is_some());
+    selection.conclude(omitted);
+}
+
 /// Adds the `missing` largest of the border. Returns the smallest size drawn, about.
 fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) -> f64 {
     let mut border = std::mem::take(&mut selection.sizes.border);

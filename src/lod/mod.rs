@@ -23,7 +23,7 @@ mod sizing;
 mod survey;
 mod sweep;
 
-pub use budget::BudgetLod;
+pub use budget::{BudgetLod, keep_largest};
 pub use difference::difference;
 pub use error::ErrorLod;
 pub use mode::{Lod, select};

@@ -135,10 +135,21 @@ impl IdBuffer {
         triangles: &[[u32; 3]],
         id: u32,
     ) {
+        let each = triangles.iter().map(|&triangle| (triangle, id));
+        self.draw_triangles(projector, vertices, each);
+    }
+
+    /// The same with an id for each triangle.
+    pub fn draw_triangles(
+        &mut self,
+        projector: &Projector,
+        vertices: &[DVec3],
+        triangles: impl IntoIterator<Item = ([u32; 3], u32)>,
+    ) {
         let mut points = std::mem::take(&mut self.vertices);
         points.clear();
         points.extend(vertices.iter().map(|&vertex| projector.point(vertex)));
-        for triangle in triangles {
+        for (triangle, id) in triangles {
             let [Some(&a), Some(&b), Some(&c)] = triangle.map(|i| vertices.get(i as usize)) else {
                 continue;
             };

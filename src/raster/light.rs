@@ -106,10 +106,20 @@ pub(super) fn storeys(
 /// Bare ground with a faint grid of 100 m, which vanishes where its lines are finer than a pixel
 /// of `footprint` metres.
 pub(super) fn ground(point: DVec3, footprint: f64) -> Vec3 {
+    gridded(srgb(0xbf_baab), srgb(0xcf_cbbe), point, footprint)
+}
+
+/// Open country with the same grid: grass where it is level, bare rock where it is steep.
+pub(super) fn hillside(point: DVec3, normal: DVec3, footprint: f64) -> Vec3 {
+    let steepness = 1.0 - normal.z;
+    let bare = ((steepness - 0.02) / 0.16).clamp(0.0, 1.0) as f32;
+    let earth = srgb(0xa7_a893).lerp(srgb(0x98_8b7a), bare);
+    gridded(earth, earth * 1.14, point, footprint)
+}
+
+fn gridded(earth: Vec3, line: Vec3, point: DVec3, footprint: f64) -> Vec3 {
     const GRID_M: f64 = 100.0;
     const LINE_M: f64 = 0.8;
-    let earth = srgb(0xbf_baab);
-    let line = srgb(0xcf_cbbe);
     let on_line = |coordinate: f64| {
         let from_line = (coordinate / GRID_M - (coordinate / GRID_M).round()).abs() * GRID_M;
         let half = LINE_M * 0.5 + footprint * 0.5;

@@ -17,8 +17,11 @@ mod light;
 mod palette;
 mod picture;
 mod projector;
+mod relief;
 mod shadow;
 
 pub use id_buffer::{IdBuffer, NONE};
-pub use picture::{Picture, Solid, paint};
+pub use palette::LEVEL_COLOURS;
+pub use picture::{Picture, Solid, paint, paint_on};
 pub use projector::{LONGEST_SIDE, Projector, Ray};
+pub use relief::Relief;

@@ -71,11 +71,21 @@ pub(super) fn class_colour(class: &str, variant: u32) -> Vec3 {
     srgb(hex)
 }
 
-/// The colour of a level of detail, 0 the finest: blue, green, orange, red, purple, tellable apart
-/// with colour blindness (after Okabe and Ito, 2008); coarser levels share the last.
+/// Colours of levels of detail, 0 the finest, with their sRGB hex numbers: tellable apart with
+/// colour blindness (after Okabe and Ito, 2008). Coarser levels share the last. Light and shadow
+/// change them in a picture.
+pub const LEVEL_COLOURS: [(&str, u32); 7] = [
+    ("ivory", 0xe6_e2d8),
+    ("blue", 0x8c_c5e3),
+    ("green", 0x45_a88a),
+    ("yellow", 0xf0_c75e),
+    ("orange", 0xe0_8a3c),
+    ("red", 0xc8_5250),
+    ("purple", 0x7a_4f8f),
+];
+
+/// The colour of a level of detail.
 pub(super) fn level_colour(level: u32) -> Vec3 {
-    const LEVELS: [u32; 7] = [
-        0xe6_e2d8, 0x8c_c5e3, 0x45_a88a, 0xf0_c75e, 0xe0_8a3c, 0xc8_5250, 0x7a_4f8f,
-    ];
-    srgb(LEVELS[(level as usize).min(LEVELS.len() - 1)])
+    let (_, hex) = LEVEL_COLOURS[(level as usize).min(LEVEL_COLOURS.len() - 1)];
+    srgb(hex)
 }

@@ -5,11 +5,11 @@ use std::io::{self, Write};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::light::{LONGEST_SHADOW, Light, ground, storeys};
+use super::light::{LONGEST_SHADOW, Light, ground, hillside, storeys};
 use super::palette::{class_colour, encode, level_colour};
 use super::projector::{Projector, Ray};
 use super::shadow::Shadows;
-use super::{IdBuffer, NONE};
+use super::{IdBuffer, NONE, Relief};
 use crate::geom::{Aabb, DVec3, View};
 
 /// A box as it is painted.
@@ -81,6 +81,32 @@ const SAMPLES: u32 = 2;
 /// A box around the eye is left out: one would see nothing but its inner walls. Same input, same
 /// bytes.
 pub fn paint(view: &View, size: [u32; 2], solids: &[Solid], ground_z: f64) -> Picture {
+    picture(view, size, solids, Floor::Level(ground_z))
+}
+
+/// The same on ground that is not level; beyond it there is sky.
+pub fn paint_on(view: &View, size: [u32; 2], solids: &[Solid], relief: &Relief) -> Picture {
+    picture(view, size, solids, Floor::Relief(relief))
+}
+
+/// What everything stands on.
+#[derive(Debug, Clone, Copy)]
+enum Floor<'a> {
+    /// A plane at this height, m.
+    Level(f64),
+    Relief(&'a Relief),
+}
+
+impl<'a> Floor<'a> {
+    fn relief(self) -> Option<&'a Relief> {
+        match self {
+            Self::Level(_) => None,
+            Self::Relief(relief) => Some(relief),
+        }
+    }
+}
+
+fn picture(view: &View, size: [u32; 2], solids: &[Solid], floor: Floor) -> Picture {
     let fine = size.map(|side| side * SAMPLES);
     let projector = Projector::new(view, fine);
     let mut buffer = IdBuffer::new(fine[0], fine[1]);
@@ -91,7 +117,12 @@ pub fn paint(view: &View, size: [u32; 2], solids: &[Solid], ground_z: f64) -> Pi
     for (id, solid) in (0..).zip(&solids) {
         buffer.draw_box(&projector, &solid.bounds, id);
     }
-    let painter = Painter::new(projector, buffer, &solids, ground_z);
+    if let Floor::Relief(relief) = floor {
+        let ids = solids.len() as u32..NONE;
+        let triangles = relief.triangles.iter().copied().zip(ids);
+        buffer.draw_triangles(&projector, &relief.corners, triangles);
+    }
+    let painter = Painter::new(projector, buffer, &solids, floor);
     let row_bytes = size[0] as usize * 3;
     let mut rgb = vec![0; row_bytes * size[1] as usize];
     if row_bytes > 0 {
@@ -116,22 +147,22 @@ struct Painter<'a> {
     projector: Projector,
     buffer: IdBuffer,
     solids: &'a [Solid],
-    ground_z: f64,
+    floor: Floor<'a>,
     light: Light,
     shadows: Shadows,
 }
 
 impl<'a> Painter<'a> {
-    fn new(projector: Projector, buffer: IdBuffer, solids: &'a [Solid], ground_z: f64) -> Self {
+    fn new(projector: Projector, buffer: IdBuffer, solids: &'a [Solid], floor: Floor<'a>) -> Self {
         let [width, height] = buffer.size();
         let middle = projector.ray(f64::from(width) * 0.5, f64::from(height) * 0.5);
         let mut painter = Self {
             projector,
             buffer,
             solids,
-            ground_z,
+            floor,
             light: Light::afternoon(middle.direction, 0.0..0.0),
-            shadows: Shadows::new(&[], &[], DVec3::Z),
+            shadows: Shadows::new(&[], None, &[], DVec3::Z),
         };
         let city = solids
             .iter()
@@ -152,7 +183,7 @@ impl<'a> Painter<'a> {
             points.get(place).map_or(0.0, |point| point.0)
         };
         painter.light = Light::afternoon(middle.direction, at(0.02)..at(0.98));
-        painter.shadows = Shadows::new(solids, &points, painter.light.sun);
+        painter.shadows = Shadows::new(solids, floor.relief(), &points, painter.light.sun);
         painter
     }
 
@@ -178,9 +209,12 @@ impl<'a> Painter<'a> {
     fn hit(&self, column: u32, row: u32) -> Option<Hit> {
         let ray = self.ray(column, row);
         let at = row as usize * self.buffer.size()[0] as usize + column as usize;
-        let to_ground = (self.ground_z - ray.origin.z) / ray.direction.z;
-        let grounded = ray.direction.z < 0.0 && to_ground > 0.0;
-        let ground = grounded.then_some(to_ground);
+        let ground = match self.floor {
+            Floor::Level(z) if ray.direction.z < 0.0 => {
+                Some((z - ray.origin.z) / ray.direction.z).filter(|&depth| depth > 0.0)
+            }
+            _ => None,
+        };
         let id = self.buffer.ids()[at];
         let depth = self.projector.metres(self.buffer.depth()[at]);
         if id == NONE || ground.is_some_and(|ground| ground < depth) {
@@ -192,11 +226,18 @@ impl<'a> Painter<'a> {
             });
         }
         let point = ray.origin + ray.direction * depth;
+        let (normal, solid) = match (self.solids.get(id as usize), self.floor) {
+            (Some(solid), _) => (normal(&solid.bounds, point, ray.direction), Some(id)),
+            (None, Floor::Relief(relief)) => {
+                (relief.normal(id as usize - self.solids.len(), point), None)
+            }
+            (None, Floor::Level(_)) => return None,
+        };
         Some(Hit {
             depth,
             point,
-            normal: normal(&self.solids[id as usize].bounds, point, ray.direction),
-            solid: Some(id),
+            normal,
+            solid,
         })
     }
 
@@ -210,9 +251,11 @@ impl<'a> Painter<'a> {
         let next = self.ray(column + 1, row);
         let pixel =
             ((next.origin - ray.origin) + (next.direction - ray.direction) * hit.depth).length();
-        let albedo = match hit.solid {
-            Some(id) => albedo(&self.solids[id as usize], &hit, pixel),
-            None => ground(hit.point, pixel / direction.z.abs().max(1e-3)),
+        let footprint = pixel / direction.dot(hit.normal).abs().max(1e-3);
+        let albedo = match (hit.solid, self.floor) {
+            (Some(id), _) => albedo(&self.solids[id as usize], &hit, pixel),
+            (None, Floor::Level(_)) => ground(hit.point, footprint),
+            (None, Floor::Relief(_)) => hillside(hit.point, hit.normal, footprint),
         };
         let lit = self.shadows.light(hit.depth, hit.point, hit.normal);
         let lower = self.open(&hit);
@@ -225,8 +268,12 @@ impl<'a> Painter<'a> {
     fn open(&self, hit: &Hit) -> f32 {
         const FOOT_M: f64 = 9.0;
         match hit.solid {
-            Some(_) if hit.normal.z == 0.0 => {
-                let height = (hit.point.z - self.ground_z).max(0.0);
+            Some(id) if hit.normal.z == 0.0 => {
+                let foot = match self.floor {
+                    Floor::Level(z) => z,
+                    Floor::Relief(_) => self.solids[id as usize].bounds.min().z,
+                };
+                let height = (hit.point.z - foot).max(0.0);
                 1.0 - 0.42 * (-height / FOOT_M).exp() as f32
             }
             _ => 1.0,
@@ -246,7 +293,7 @@ impl<'a> Painter<'a> {
         for beside in neighbours.into_iter().flatten() {
             if beside.solid != hit.solid {
                 ink = ink.max(OUTLINE);
-            } else if beside.normal != hit.normal {
+            } else if hit.solid.is_some() && beside.normal != hit.normal {
                 ink = ink.max(CREASE);
             }
         }

@@ -5,7 +5,7 @@
 //! (Lauritzen, Salvi, Lefohn, "Sample distribution shadow maps", 2011).
 
 use super::projector::{DEPTH, Projector, X, Y};
-use super::{IdBuffer, Solid};
+use super::{IdBuffer, Relief, Solid};
 use crate::geom::{DVec2, DVec3, DepthRange, Orientation, Projection, View};
 
 const MAP_SIDE: u32 = 2048;
@@ -25,8 +25,13 @@ struct Map {
 }
 
 impl Shadows {
-    /// Shadows of `solids` on points, given with their depth, in the light from `sun`.
-    pub(super) fn new(solids: &[Solid], points: &[(f64, DVec3)], sun: DVec3) -> Self {
+    /// Shadows of `solids`, and of a relief, on points, given with their depth, in the light from `sun`.
+    pub(super) fn new(
+        solids: &[Solid],
+        relief: Option<&Relief>,
+        points: &[(f64, DVec3)],
+        sun: DVec3,
+    ) -> Self {
         let depths = points.iter().map(|point| point.0.max(f64::MIN_POSITIVE));
         let (nearest, farthest) = depths.fold((f64::MAX, 0.0_f64), |(near, far), depth| {
             (near.min(depth), far.max(depth))
@@ -36,7 +41,7 @@ impl Shadows {
             std::array::from_fn(|slice| nearest * ratio.powf((slice + 1) as f64 / SLICES as f64));
         let maps = (0..SLICES).filter_map(|slice| {
             let of_slice = points.iter().filter(|p| slice_of(&limits, p.0) == slice);
-            Map::new(solids, of_slice.map(|p| p.1), sun)
+            Map::new(solids, relief, of_slice.map(|p| p.1), sun)
         });
         Self {
             limits,
@@ -60,6 +65,7 @@ impl Map {
     /// `None` where there is nothing to look at.
     fn new(
         solids: &[Solid],
+        relief: Option<&Relief>,
         points: impl Iterator<Item = DVec3> + Clone,
         sun: DVec3,
     ) -> Option<Self> {
@@ -86,6 +92,9 @@ impl Map {
         let mut buffer = IdBuffer::new(MAP_SIDE, MAP_SIDE);
         for (id, solid) in (0..).zip(solids) {
             buffer.draw_box(&projector, &solid.bounds, id);
+        }
+        if let Some(relief) = relief {
+            buffer.draw_mesh(&projector, &relief.corners, &relief.triangles, 0);
         }
         Some(Self {
             projector,

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 /// ```json
 /// { "motion": { "reference_speed_mps": 10 },
 ///   "haze": { "visibility_m": 3000 },
-///   "occlusion": { "width_px": 512, "min_pixels": 1 } }
+///   "occlusion": { "width_px": 512, "min_pixels": 1 },
+///   "terrain": { "criterion": "error", "max_error_px": 1.5, "max_triangles": 100000 } }
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,6 +25,9 @@ pub struct Effects {
     /// Nothing that is hidden behind nearer objects.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub occlusion: Option<Occlusion>,
+    /// The ground beside the objects.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terrain: Option<Terrain>,
 }
 
 /// How detail falls with the camera's speed.
@@ -72,6 +76,69 @@ impl Occlusion {
 
     fn one() -> u32 {
         1
+    }
+}
+
+/// How finely the ground is drawn, and which ground it is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Terrain {
+    /// Which paper decides what is drawn in parts.
+    #[serde(default)]
+    pub criterion: Criterion,
+    /// No post is drawn farther above or below its place than this on the screen, pixels, > 0,
+    /// unless triangles run out.
+    #[serde(default = "Terrain::usual_error")]
+    pub max_error_px: f64,
+    /// Most triangles, at least 1; two for each block in view and what holes need are always drawn.
+    #[serde(default = "Terrain::usual_triangles")]
+    pub max_triangles: u32,
+    /// The ground that was laid under this city: the checksum of its file. None while there is
+    /// none yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground: Option<u32>,
+}
+
+/// The criteria of four papers ([`crate::terrain::Criterion`]).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Criterion {
+    /// A: distance against roughness.
+    Roughness,
+    /// B: distance against the largest error.
+    #[default]
+    Error,
+    /// C: spread of heights against distance and speed.
+    Motion,
+    /// D: vertex error against the largest coordinate difference.
+    Vertex,
+}
+
+impl Criterion {
+    /// What they are called, in the order of the papers.
+    pub const NAMES: [&'static str; 4] = ["roughness", "error", "motion", "vertex"];
+    /// All of them, likewise.
+    pub const VALUES: [Self; 4] = [Self::Roughness, Self::Error, Self::Motion, Self::Vertex];
+}
+
+impl Terrain {
+    fn usual_error() -> f64 {
+        1.5
+    }
+
+    fn usual_triangles() -> u32 {
+        100_000
+    }
+}
+
+impl Default for Terrain {
+    fn default() -> Self {
+        Self {
+            criterion: Criterion::default(),
+            max_error_px: Self::usual_error(),
+            max_triangles: Self::usual_triangles(),
+            ground: None,
+        }
     }
 }
 
@@ -136,6 +203,12 @@ impl Effects {
                 || format!("must be 16 to 4096 pixels, is {width}"),
             )?;
             refuse_unless(occlusion.min_pixels > 0, "/occlusion/min_pixels", || {
+                "must be at least 1".into()
+            })?;
+        }
+        if let Some(terrain) = &self.terrain {
+            positive("/terrain/max_error_px", terrain.max_error_px)?;
+            refuse_unless(terrain.max_triangles > 0, "/terrain/max_triangles", || {
                 "must be at least 1".into()
             })?;
         }

@@ -8,6 +8,6 @@ mod generate;
 mod object;
 
 pub use canonical::Renamed;
-pub use effects::{Effects, EffectsError, Haze, Motion, Occlusion};
+pub use effects::{Criterion, Effects, EffectsError, Haze, Motion, Occlusion, Terrain};
 pub use generate::{CityParams, generate};
 pub use object::{Scene, SceneObject};

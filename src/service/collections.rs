@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::boxes::MOST_BOXES;
 use super::documents::{Link, cached, json};
+use super::ground::Ground;
 use super::negotiate::accepted;
 use super::problem::Problem;
 use super::routes::SceneName;
@@ -38,6 +39,7 @@ struct Collection<'a> {
     promotion: &'static str,
     /// What the scene declares.
     effects: &'a crate::scene::Effects,
+    ground: Option<Ground>,
     revision: String,
     max_boxes: u32,
     links: Vec<Link<'a>>,
@@ -98,6 +100,7 @@ impl<'a> Collection<'a> {
             classes: tree.classes().iter().map(AsRef::as_ref).collect(),
             promotion: promotion_name(tree.promotion()),
             effects: tree.effects(),
+            ground: city.land().map(Ground::of),
             revision: tree.revision(),
             max_boxes: MOST_BOXES,
             links: vec![

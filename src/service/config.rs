@@ -21,6 +21,9 @@ pub struct Config {
     /// are held to about as many bytes: a tenth as many as `objects`, as many ranges, four times
     /// as many binary numbers. The default keeps bodies near 16 MB.
     pub max_answer_objects: u32,
+    /// Longest time that occlusion may take; requests and messages of streams for which it takes
+    /// longer are answered 422.
+    pub max_occlusion: Duration,
     /// Most connections; further ones wait to be accepted.
     pub max_connections: usize,
     /// Most streams; further ones are answered 503. They do not count as connections or requests
@@ -40,6 +43,7 @@ impl Default for Config {
             timeout: Duration::from_secs(10),
             max_concurrency: 256,
             max_answer_objects: 1_000_000,
+            max_occlusion: Duration::from_secs(2),
             max_connections: 4096,
             max_streams: 2048,
             stream_idle: Duration::from_secs(300),

@@ -13,6 +13,7 @@ mod config;
 mod cors;
 mod documents;
 mod gate;
+mod ground;
 mod items;
 mod json;
 mod landing;
@@ -44,11 +45,11 @@ use tokio::sync::Notify;
 pub use config::Config;
 pub use reload::ReadError;
 pub use routes::{ROUTES, Route, Verb, router};
-pub use scenes::{City, NameError, Scenes};
+pub use scenes::{City, SceneError, Scenes};
 pub use server::{ListenError, Server};
 pub use shared::Shared;
 pub use signals::stop_signal;
-pub use visible::Tail;
+pub use visible::{Lists, Tail};
 
 use signals::{HangUp, HangUps};
 
@@ -107,7 +108,7 @@ impl Greeting {
             example: scenes
                 .iter()
                 .next()
-                .map(|city| (city.path(), city.example_request())),
+                .map(|city| (city.path(), city.example_request().to_owned())),
         }
     }
 

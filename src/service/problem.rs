@@ -15,6 +15,8 @@ pub enum Kind {
     InvalidRequest,
     /// It reads well, but no camera and no level of detail has such values.
     ImpossibleValue,
+    /// It could be, but takes longer than the service gives it.
+    TooCostly,
     /// No such scene, object or path.
     NotFound,
     /// The path has other methods.
@@ -41,10 +43,11 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds, by status.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::MalformedJson,
         Self::InvalidRequest,
         Self::ImpossibleValue,
+        Self::TooCostly,
         Self::NotFound,
         Self::MethodNotAllowed,
         Self::NotAcceptable,
@@ -75,6 +78,11 @@ impl Kind {
                 StatusCode::UNPROCESSABLE_ENTITY,
                 "impossible-value",
                 "The request describes nothing that can be",
+            ),
+            Self::TooCostly => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "too-costly",
+                "The request takes too long to answer",
             ),
             Self::NotFound => (StatusCode::NOT_FOUND, "not-found", "There is no such thing"),
             Self::MethodNotAllowed => (

@@ -12,7 +12,7 @@ use axum::routing::{MethodFilter, MethodRouter, on};
 
 use super::problem::{Kind, Problem};
 use super::shared::Shared;
-use super::{boxes, collections, items, landing, metrics, stream, viewer, visible};
+use super::{boxes, collections, ground, items, landing, metrics, stream, viewer, visible};
 
 /// A method of HTTP that the service uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,6 +80,7 @@ pub const ROUTES: &[Route] = &[
     route!(Get "/collections/{scene}/stream" stream::get, "what comes and what goes as the camera moves, by WebSocket"),
     route!(Get "/collections/{scene}/items/{id}" items::item, "one object with its attributes"),
     route!(Get "/collections/{scene}/boxes" boxes::boxes, "boxes of objects in bulk, binary"),
+    route!(Get "/collections/{scene}/ground/{level}/{x}/{y}" ground::tile, "posts of the ground, tile by tile, binary"),
     route!(Get "/collections/{scene}/plan.svg" collections::plan, "the scene from above"),
 ];
 
@@ -154,7 +155,8 @@ impl FromRequestParts<Arc<Shared>> for FileName {
     }
 }
 
+/// The refusal of path parameters that cannot be read.
 #[expect(clippy::needless_pass_by_value, reason = "the form map_err wants")]
-fn malformed(rejection: PathRejection) -> Problem {
+pub fn malformed(rejection: PathRejection) -> Problem {
     Problem::new(Kind::NotFound, rejection.body_text())
 }

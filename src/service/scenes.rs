@@ -10,6 +10,8 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 
 use super::plan;
 use super::problem::{Kind, Problem};
+use crate::effects::terrain::Land;
+use crate::frame::Overview;
 use crate::index::LodTree;
 
 /// All but the unreserved characters of RFC 3986.
@@ -24,12 +26,18 @@ pub fn segment(name: &str) -> String {
     utf8_percent_encode(name, &RESERVED).to_string()
 }
 
-/// A name that cannot be given to a scene.
+/// A city that cannot be a scene.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum NameError {
+pub enum SceneError {
     /// Two cities would have one address.
     #[error("two scenes are called {name:?}: rename one of the files")]
     Taken {
+        /// The name.
+        name: String,
+    },
+    /// Its ground is not given with it.
+    #[error("the scene {name:?} declares terrain: give its ground with it")]
+    Groundless {
         /// The name.
         name: String,
     },
@@ -45,16 +53,18 @@ pub enum NameError {
 #[derive(Debug)]
 pub struct City {
     tree: LodTree,
+    land: Option<Land>,
     name: String,
     head: Vec<u8>,
     revision: String,
     revision_header: HeaderValue,
     etag: HeaderValue,
     plan: OnceLock<Bytes>,
+    example: OnceLock<String>,
 }
 
 impl City {
-    fn new(name: String, tree: LodTree) -> Self {
+    fn new(name: String, tree: LodTree, land: Option<Land>) -> Self {
         let revision = tree.revision();
         let quoted = serde_json::Value::from(name.as_str());
         let head = format!("{{\"scene\":{quoted},\"revision\":\"{revision}\",\"count\":");
@@ -68,14 +78,21 @@ impl City {
             revision_header: header(&revision),
             revision,
             plan: OnceLock::new(),
+            example: OnceLock::new(),
             name,
             tree,
+            land,
         }
     }
 
     /// Its index.
     pub fn tree(&self) -> &LodTree {
         &self.tree
+    }
+
+    /// Its ground, where it declares terrain.
+    pub fn land(&self) -> Option<&Land> {
+        self.land.as_ref()
     }
 
     /// What it is called.
@@ -116,22 +133,18 @@ impl City {
             .clone()
     }
 
-    /// A request worth trying: the city from above its south-west.
-    pub fn example_request(&self) -> String {
-        let bounds = self.tree.bounds();
-        if bounds.is_empty() {
-            return r#"{"camera":{"eye":[0,0,100],"target":[0,100,0]}}"#.into();
-        }
-        let target = bounds.center();
-        let reach = bounds.size().max_element().max(10.0);
-        let round = |x: f64| (x * 10.0).round() / 10.0;
-        let [x, y, z] = target.to_array().map(round);
-        let (ex, ey, ez) = (
-            round(target.x - 0.2 * reach),
-            round(target.y - 0.3 * reach),
-            round(target.z + 0.15 * reach),
-        );
-        format!(r#"{{"camera":{{"eye":[{ex},{ey},{ez}],"target":[{x},{y},{z}]}}}}"#)
+    /// A request worth trying: some thousand objects of the city, from above its south.
+    pub fn example_request(&self) -> &str {
+        self.example.get_or_init(|| match Overview::of(&self.tree) {
+            Some(overview) => {
+                let (eye, target) = (overview.eye.to_array(), overview.target.to_array());
+                let far = overview.far_dist;
+                format!(
+                    r#"{{"camera":{{"eye":{eye:?},"target":{target:?}}},"lod":{{"far_dist_m":{far}}}}}"#
+                )
+            }
+            None => r#"{"camera":{"eye":[0,0,100],"target":[0,100,0]}}"#.into(),
+        })
     }
 }
 
@@ -147,16 +160,33 @@ impl Scenes {
         Self::default()
     }
 
-    /// Adds a city.
+    /// Adds a city without ground.
     ///
     /// # Errors
-    /// [`NameError::Taken`].
-    pub fn insert(&mut self, name: impl Into<String>, tree: LodTree) -> Result<(), NameError> {
+    /// [`SceneError::Taken`], and [`SceneError::Groundless`] where it declares terrain.
+    pub fn insert(&mut self, name: impl Into<String>, tree: LodTree) -> Result<(), SceneError> {
+        self.insert_on(name, tree, None)
+    }
+
+    /// Adds a city with its ground.
+    ///
+    /// # Errors
+    /// As [`Scenes::insert`].
+    pub fn insert_on(
+        &mut self,
+        name: impl Into<String>,
+        tree: LodTree,
+        land: Option<Land>,
+    ) -> Result<(), SceneError> {
         let name = name.into();
         if self.cities.contains_key(&name) {
-            return Err(NameError::Taken { name });
+            return Err(SceneError::Taken { name });
         }
-        let city = Arc::new(City::new(name.clone(), tree));
+        let land = land.filter(|_| tree.effects().terrain.is_some());
+        if tree.effects().terrain.is_some() && land.is_none() {
+            return Err(SceneError::Groundless { name });
+        }
+        let city = Arc::new(City::new(name.clone(), tree, land));
         self.cities.insert(name, city);
         Ok(())
     }
@@ -177,11 +207,11 @@ impl Scenes {
     /// What a city from this file is called: the file name without its extension.
     ///
     /// # Errors
-    /// [`NameError::Nameless`] when there is none, or one that a URL cannot address.
-    pub fn name_of(path: &Path) -> Result<String, NameError> {
+    /// [`SceneError::Nameless`] when there is none, or one that a URL cannot address.
+    pub fn name_of(path: &Path) -> Result<String, SceneError> {
         match path.file_stem().and_then(|stem| stem.to_str()) {
             Some(stem) if !stem.trim_matches('.').is_empty() => Ok(stem.to_owned()),
-            _ => Err(NameError::Nameless {
+            _ => Err(SceneError::Nameless {
                 path: path.display().to_string(),
             }),
         }

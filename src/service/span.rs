@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use axum::http::{HeaderValue, header};
+use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
 
 use super::problem::{Kind, Problem};
@@ -42,12 +42,8 @@ impl Span {
                 return Err(parameter.problem("is given twice"));
             }
         }
-        let serves = city.tree().revision();
-        if let Some(revision) = &revision
-            && *revision != serves
-        {
-            let detail = format!("the scene has revision {serves}, not {revision}");
-            return Err(Problem::new(Kind::StaleRevision, detail).at("revision"));
+        if let Some(revision) = &revision {
+            check_revision(city, revision)?;
         }
         let start = start.unwrap_or(0);
         let end = end.unwrap_or_else(|| count.min(start.saturating_add(most)).max(start));
@@ -83,10 +79,29 @@ impl Span {
     pub fn describe(&self, city: &City, response: &mut Response) {
         let headers = response.headers_mut();
         headers.insert(COUNT, HeaderValue::from(self.range.len()));
-        headers.insert(REVISION, city.revision_header().clone());
-        if self.pinned {
-            let forever = HeaderValue::from_static("public, max-age=31536000, immutable");
-            headers.insert(header::CACHE_CONTROL, forever);
-        }
+        pin(city, self.pinned, headers);
+    }
+}
+
+/// That a city has this revision.
+///
+/// # Errors
+/// 409.
+pub fn check_revision(city: &City, revision: &str) -> Result<(), Problem> {
+    let serves = city.revision();
+    if revision == serves {
+        return Ok(());
+    }
+    let detail = format!("the scene has revision {serves}, not {revision}");
+    Err(Problem::new(Kind::StaleRevision, detail).at("revision"))
+}
+
+/// Says which revision an answer is of, and where the address names it that the answer may be
+/// kept for ever.
+pub fn pin(city: &City, pinned: bool, headers: &mut HeaderMap) {
+    headers.insert(REVISION, city.revision_header().clone());
+    if pinned {
+        let forever = HeaderValue::from_static("public, max-age=31536000, immutable");
+        headers.insert(header::CACHE_CONTROL, forever);
     }
 }

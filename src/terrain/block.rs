@@ -9,8 +9,9 @@ use super::quadtree::{Node, level_start};
 
 /// What is known of a node, whatever the view. Rounded outward.
 ///
-/// Law: going down, `low` never falls, and `high`, `error`, `vertex_error`, `deviation` and
-/// `holes` never rise. `whole` and `skipped` are never above the `error` of the node.
+/// Law: going down, `low` never falls, and `high`, `margin`, `error`, `vertex_error`, `deviation`
+/// and `holes` never rise. `whole` and `skipped` are never above the `error` of the node, nor is
+/// that above its `margin`.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct NodeRecord {
@@ -18,8 +19,11 @@ pub struct NodeRecord {
     pub low: f32,
     /// Highest post, m.
     pub high: f32,
-    /// Largest vertical distance, m, between a post and the surface that is drawn in the node,
-    /// whether it is drawn whole or in parts. B's ε.
+    /// How far above `high` or below `low` any surface may lie, m, that is drawn over the node,
+    /// be it in a fan of its parent.
+    pub margin: f32,
+    /// Largest vertical distance, m, between a post and what is drawn of the node, whole or in
+    /// parts, that splitting it or what is below can mend. B's ε.
     pub error: f32,
     /// The same for the node as two triangles of its parent's fan, and nothing else.
     pub whole: f32,
@@ -73,6 +77,7 @@ impl NodeRecord {
     pub const NOTHING: Self = Self {
         low: f32::INFINITY,
         high: f32::NEG_INFINITY,
+        margin: 0.0,
         error: 0.0,
         whole: 0.0,
         skipped: [0.0; 4],
@@ -94,6 +99,7 @@ impl NodeRecord {
     fn is_sound(&self) -> bool {
         let [south, east, north, west] = self.skipped;
         let lengths = [
+            self.margin,
             self.error,
             self.whole,
             south,

@@ -28,7 +28,7 @@ pub struct Knobs {
     pub c2: f64,
     /// C: speed of the eye, m/s. Up to [`REST_MPS`] the eye counts as standing still.
     pub speed_mps: f64,
-    /// D: a larger one gives more triangles.
+    /// D, and the error that C stops at: a larger one gives more triangles.
     pub threshold: f64,
 }
 
@@ -82,13 +82,13 @@ impl Criterion {
         }
     }
 
-    /// Knobs to start from. In A, B and D they split what errs by more than about a thousandth of
-    /// its distance; C's have units of their own, and draw about as much.
+    /// Knobs to start from: they split what errs by more than about a thousandth of its distance.
+    /// C1 and C2 of C have a unit of their own; from these on they begin to tell in motion.
     pub fn knobs(self) -> Knobs {
         let (c1, c2) = match self {
             Self::Roughness | Self::Vertex => (32.0, 32.0),
             Self::Error => (1024.0, 1024.0),
-            Self::Motion => (0.002, 0.002),
+            Self::Motion => (0.0005, 0.0005),
         };
         Knobs {
             c1,
@@ -184,7 +184,7 @@ impl Seen<'_> {
 /// f = L/(D·R·C1·C2) < 1.
 ///
 /// Source: A, equation (5).
-pub fn roughness(seen: &Seen, knobs: &Knobs) -> bool {
+fn roughness(seen: &Seen, knobs: &Knobs) -> bool {
     seen.distance() < seen.side * seen.roughness() * knobs.c1 * knobs.c2
 }
 
@@ -194,22 +194,29 @@ pub fn roughness(seen: &Seen, knobs: &Knobs) -> bool {
 /// must hold.
 ///
 /// Source: B, equations (1) to (3).
-pub fn error(seen: &Seen, knobs: &Knobs) -> bool {
+fn error(seen: &Seen, knobs: &Knobs) -> bool {
     let (l, d, e) = (seen.distance(), seen.side, f64::from(seen.record.error));
     l <= d * knobs.c1 && l < e * knobs.c2 && l < d * e * knobs.c1 * knobs.c2
 }
 
-/// f = D(z)/(C1·C2·L·r·v) ≥ 1. Here a small f means good enough, the other way round than in A
-/// and B.
+/// f = D(z)/(C1·C2·L·r·v) ≥ 1 and ε·Threshold > L·v, v in units of [`REST_MPS`] and 1 at rest.
+/// Here a small f means good enough, the other way round than in A and B.
+///
+/// The second is not in the paper. D(z), the spread of heights, says where the ground is rough but
+/// not how far off it is drawn: a slope drawn as a slope has a large spread and no error, and f
+/// alone splits it to the end. So what errs by less than a standing error is drawn as it is, and
+/// with speed both let go by the same measure.
 ///
 /// r is the side of the block, as in C's section 2.1. With that of the node f would rise from
 /// parent to child on any ground rougher than a plane, and a block be split whole or not at all.
 ///
 /// Source: C, equation (1).
-pub fn motion(seen: &Seen, knobs: &Knobs) -> bool {
+fn motion(seen: &Seen, knobs: &Knobs) -> bool {
     let v = knobs.speed_mps.max(REST_MPS);
+    let (l, e) = (seen.distance(), f64::from(seen.record.error));
     let spread = f64::from(seen.record.deviation);
-    spread > 0.0 && spread >= knobs.c1 * knobs.c2 * seen.distance() * seen.block_side * v
+    spread >= knobs.c1 * knobs.c2 * l * seen.block_side * v
+        && e * knobs.threshold > l * v / REST_MPS
 }
 
 /// error·Threshold > L1, the largest coordinate difference between eye and vertex. The node's
@@ -217,7 +224,7 @@ pub fn motion(seen: &Seen, knobs: &Knobs) -> bool {
 ///
 /// Source: D, equations (1) and (2). Printed as error·Threshold < L1, which contradicts the text:
 /// a larger threshold is to give more detail.
-pub fn vertex(seen: &Seen, knobs: &Knobs) -> bool {
+fn vertex(seen: &Seen, knobs: &Knobs) -> bool {
     let l1 = seen.to_eye.abs().max_element();
     f64::from(seen.record.vertex_error) * knobs.threshold > l1
 }

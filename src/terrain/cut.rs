@@ -1,6 +1,6 @@
 //! A cut through the quadtree: which nodes are split, which are drawn.
 
-use super::ground::Ground;
+use super::layout::Layout;
 use super::quadtree::{Node, level_start};
 
 /// What a node is in a cut.
@@ -20,22 +20,21 @@ pub enum State {
     Kept,
 }
 
-/// The states of a block's nodes that have a record, the split ones by level, and for each node a
-/// bit for every side whose midpoint it can spare.
+/// The states of a block's nodes as far down as any was reached, and for each node a bit for
+/// every side whose midpoint it can spare, as far as any can.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct BlockCut {
     pub states: Vec<State>,
-    pub splits: Vec<Vec<Node>>,
-    pub spared: Vec<u8>,
+    spared: Vec<u8>,
 }
 
 /// A cut through the trees of all blocks.
 ///
 /// Law: a node is split only if its parent is, and below a node that is not split all are
 /// unreached.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cut {
-    levels: u32,
+    layout: Layout,
     blocks: Vec<Option<BlockCut>>,
 }
 
@@ -47,93 +46,111 @@ impl State {
 }
 
 impl BlockCut {
-    pub fn new(levels: u32) -> Self {
+    /// From the states of all nodes down to some level.
+    pub fn new(states: Vec<State>) -> Self {
         Self {
-            states: vec![State::Unreached; level_start(levels)],
-            splits: vec![Vec::new(); levels as usize],
-            spared: vec![0; level_start(levels)],
+            states,
+            spared: Vec::new(),
         }
+    }
+
+    fn set(&mut self, node: Node, state: State) {
+        if node.index() >= self.states.len() {
+            if state == State::Unreached {
+                return;
+            }
+            let level_end = level_start(node.level + 1);
+            self.states.resize(level_end, State::Unreached);
+        }
+        self.states[node.index()] = state;
+    }
+
+    fn spare(&mut self, node: Node, side: usize) {
+        if self.spared.is_empty() {
+            self.spared.resize(self.states.len(), 0);
+        }
+        self.spared[node.index()] |= 1 << side;
+    }
+
+    /// The split nodes of a level, in the order of their numbers.
+    fn splits(&self, root: Node, level: u32) -> impl Iterator<Item = Node> {
+        let states = self.states.get(level_start(level)..level_start(level + 1));
+        let numbered = (0..).zip(states.unwrap_or_default());
+        let split = numbered.filter(|(_, state)| state.is_split());
+        split.map(move |(number, _)| root.numbered(level, number))
+    }
+
+    /// All split nodes, coarse levels first.
+    pub fn all_splits(&self, root: Node, levels: u32) -> impl Iterator<Item = Node> {
+        (0..levels).flat_map(move |level| self.splits(root, level))
     }
 }
 
 impl Cut {
-    pub(super) fn new(ground: &Ground, blocks: Vec<Option<BlockCut>>) -> Self {
+    pub(super) fn new(layout: &Layout, blocks: Vec<Option<BlockCut>>) -> Self {
         Self {
-            levels: ground.layout().levels(),
+            layout: *layout,
             blocks,
         }
     }
 
-    /// The state of a node that is no cell.
-    pub fn state(&self, ground: &Ground, node: Node) -> State {
-        let number = ground.layout().block_of(node);
-        let block = number.and_then(|number| self.blocks[number].as_ref());
-        block.map_or(State::Unreached, |block| block.states[node.index()])
+    fn block_of(&self, node: Node) -> Option<&BlockCut> {
+        self.blocks[self.layout.block_of(node)?].as_ref()
+    }
+
+    fn block_of_mut(&mut self, node: Node) -> Option<&mut BlockCut> {
+        self.blocks[self.layout.block_of(node)?].as_mut()
+    }
+
+    /// The state of a node. Cells are unreached.
+    pub fn state(&self, node: Node) -> State {
+        let state = |block: &BlockCut| block.states.get(node.index()).copied();
+        self.block_of(node).and_then(state).unwrap_or_default()
     }
 
     /// The state of the node or of the one above it that the cut ends at. In a block that was not
     /// looked at everything is hidden.
-    pub fn cover(&self, ground: &Ground, node: Node) -> State {
+    pub fn cover(&self, node: Node) -> State {
         let above = std::iter::successors(Some(node), |node| node.parent());
         above
-            .map(|node| self.state(ground, node))
+            .map(|node| self.state(node))
             .find(|state| *state != State::Unreached)
             .unwrap_or(State::Hidden)
     }
 
-    pub(super) fn set(&mut self, ground: &Ground, node: Node, state: State) {
-        let number = ground.layout().block_of(node);
-        if let Some(block) = number.and_then(|number| self.blocks[number].as_mut()) {
-            block.states[node.index()] = state;
+    pub(super) fn set(&mut self, node: Node, state: State) {
+        if let Some(block) = self.block_of_mut(node) {
+            block.set(node, state);
         }
     }
 
     /// Whether a split node does without the midpoint of a side, though it could be drawn.
-    pub fn spares(&self, ground: &Ground, node: Node, side: usize) -> bool {
-        let number = ground.layout().block_of(node);
-        let block = number.and_then(|number| self.blocks[number].as_ref());
-        block.is_some_and(|block| block.spared[node.index()] >> side & 1 == 1)
+    pub fn spares(&self, node: Node, side: usize) -> bool {
+        let spared = |block: &BlockCut| block.spared.get(node.index()).copied();
+        self.block_of(node).and_then(spared).unwrap_or_default() >> side & 1 == 1
     }
 
-    pub(super) fn spare(&mut self, ground: &Ground, node: Node, side: usize) {
-        let number = ground.layout().block_of(node);
-        if let Some(block) = number.and_then(|number| self.blocks[number].as_mut()) {
-            block.spared[node.index()] |= 1 << side;
-        }
-    }
-
-    /// Notes that a node is split now; its state is set elsewhere.
-    pub(super) fn note_split(&mut self, ground: &Ground, node: Node) {
-        let number = ground.layout().block_of(node);
-        if let Some(block) = number.and_then(|number| self.blocks[number].as_mut()) {
-            block.splits[node.level as usize].push(node);
+    pub(super) fn spare(&mut self, node: Node, side: usize) {
+        if let Some(block) = self.block_of_mut(node) {
+            block.spare(node, side);
         }
     }
 
     /// Levels of nodes that can be split.
     pub(super) fn levels(&self) -> std::ops::Range<u32> {
-        0..self.levels
+        0..self.layout.levels()
     }
 
     /// The split nodes of a level, block by block.
     pub fn splits(&self, level: u32) -> impl Iterator<Item = Node> {
-        let blocks = self.blocks.iter().flatten();
-        blocks.flat_map(move |block| block.splits[level as usize].iter().copied())
+        let levels = self.levels();
+        let blocks = self.blocks().filter(move |_| levels.contains(&level));
+        blocks.flat_map(move |(root, block)| block.splits(root, level))
     }
 
-    /// Forgets the split nodes that are no longer.
-    pub(super) fn retain_splits(&mut self) {
-        for block in self.blocks.iter_mut().flatten() {
-            let states = &block.states;
-            for nodes in &mut block.splits {
-                nodes.retain(|node| states[node.index()].is_split());
-            }
-        }
-    }
-
-    /// Numbers of the blocks that were looked at.
-    pub(super) fn blocks(&self) -> impl Iterator<Item = (usize, &BlockCut)> {
+    /// The blocks that were looked at.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = (Node, &BlockCut)> {
         let numbered = self.blocks.iter().enumerate();
-        numbered.filter_map(|(number, block)| Some((number, block.as_ref()?)))
+        numbered.filter_map(|(number, block)| Some((self.layout.block(number), block.as_ref()?)))
     }
 }

@@ -20,9 +20,8 @@ pub struct Facet {
 impl Cut {
     /// Hands every triangle of the cut to `draw`, block by block, coarse fans first.
     pub fn facets(&self, ground: &Ground, mut draw: impl FnMut(Facet)) {
-        for (number, block) in self.blocks() {
-            let root = ground.layout().block(number);
-            if block.states[root.index()] == State::Drawn {
+        for (root, block) in self.blocks() {
+            if self.state(root) == State::Drawn {
                 let corners = ground.layout().posts(root).corners();
                 for at in [[0, 1, 2], [0, 2, 3]] {
                     draw(Facet {
@@ -32,8 +31,8 @@ impl Cut {
                     });
                 }
             }
-            for node in block.splits.iter().flatten() {
-                self.fan(ground, *node, &mut draw);
+            for node in block.all_splits(root, self.levels().end) {
+                self.fan(ground, node, &mut draw);
             }
         }
     }
@@ -44,10 +43,10 @@ impl Cut {
     /// ([`Cut::spares`]).
     ///
     /// Source: A, section 2: a flag array of length 4.
-    pub fn flags(&self, ground: &Ground, node: Node) -> [bool; 4] {
+    pub fn flags(&self, node: Node) -> [bool; 4] {
         [0, 1, 2, 3].map(|side| {
             let neighbour = node.across(side);
-            neighbour.is_none_or(|n| self.cover(ground, n) != State::Drawn)
+            neighbour.is_none_or(|n| self.cover(n) != State::Drawn)
         })
     }
 
@@ -55,7 +54,7 @@ impl Cut {
         let posts = ground.layout().posts(node);
         let (corners, midpoints) = (posts.corners(), posts.midpoints());
         let drawn = [0, 1, 2, 3].map(|quarter| self.is_drawn(ground, node.child(quarter)));
-        let flags = self.flags(ground, node);
+        let flags = self.flags(node);
         for side in 0..4 {
             let next = (side + 1) % 4;
             let mut facet = |wanted, from, to, quarters| {
@@ -68,7 +67,7 @@ impl Cut {
                     });
                 }
             };
-            if flags[side] && !self.spares(ground, node, side) {
+            if flags[side] && !self.spares(node, side) {
                 facet(drawn[side], corners[side], midpoints[side], [side, side]);
                 facet(drawn[next], midpoints[side], corners[next], [next, next]);
             } else {
@@ -80,11 +79,11 @@ impl Cut {
 
     /// Whether a quarter's triangles belong to its parent's fan: it is not split itself, not out
     /// of view and not a hole.
-    fn is_drawn(&self, ground: &Ground, quarter: Node) -> bool {
+    pub(super) fn is_drawn(&self, ground: &Ground, quarter: Node) -> bool {
         if quarter.level == self.levels().end {
             ground.record(quarter).has_ground()
         } else {
-            self.state(ground, quarter) == State::Drawn
+            self.state(quarter) == State::Drawn
         }
     }
 }

@@ -119,10 +119,11 @@ impl Ground {
 
     /// The block that a node is in, as a node.
     pub fn root(&self, node: Node) -> Node {
+        let block = |at: u32| at.checked_shr(node.level).unwrap_or(0);
         Node {
             level: 0,
-            x: node.x >> node.level,
-            y: node.y >> node.level,
+            x: block(node.x),
+            y: block(node.y),
         }
     }
 
@@ -151,11 +152,11 @@ impl Ground {
             return Aabb::EMPTY;
         }
         let (posts, grid) = (self.layout.posts(node), self.layout.grid());
-        let error = f64::from(record.error);
+        let margin = f64::from(record.margin);
         let corner = |[column, row]: Post, z: f64| DVec3::new(grid.x(column), grid.y(row), z);
         Aabb::around([
-            corner(posts.first, f64::from(record.low) - error),
-            corner(posts.last, f64::from(record.high) + error),
+            corner(posts.first, f64::from(record.low) - margin),
+            corner(posts.last, f64::from(record.high) + margin),
         ])
     }
 }

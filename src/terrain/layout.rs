@@ -90,16 +90,20 @@ impl Layout {
         }
     }
 
-    /// Number of the block that a node is in; `None` beyond the last block.
+    /// Number of the block that a node is in; `None` beyond the last block, and below the cells.
     pub fn block_of(&self, node: Node) -> Option<usize> {
+        if node.level > self.levels {
+            return None;
+        }
         let [across, up] = self.blocks();
         let (x, y) = (node.x >> node.level, node.y >> node.level);
         (x < across && y < up).then(|| y as usize * across as usize + x as usize)
     }
 
-    /// The posts of a node, those beyond the raster folded onto its last column and row.
+    /// The posts of a node, those beyond the raster folded onto its last column and row. There is
+    /// nothing below the cells: what is asked for there is taken for a cell.
     pub fn posts(&self, node: Node) -> Posts {
-        let side = 1_u32 << (self.levels - node.level);
+        let side = self.cells(node.level);
         let last = [self.grid.columns() - 1, self.grid.rows() - 1];
         let at = |half_sides: u32| {
             let post = |at: u32, last: u32| {
@@ -117,7 +121,12 @@ impl Layout {
 
     /// Length of a node's longer side before folding, m: D in A and B; on level 0 r in C.
     pub fn side_m(&self, level: u32) -> f64 {
-        self.grid.spacing().max_element() * f64::from(1_u32 << (self.levels - level))
+        self.grid.spacing().max_element() * f64::from(self.cells(level))
+    }
+
+    /// Cells a side of a node before folding, 1 below the cells too.
+    pub fn cells(&self, level: u32) -> u32 {
+        1 << self.levels.saturating_sub(level)
     }
 }
 

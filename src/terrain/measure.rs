@@ -50,12 +50,8 @@ pub(super) fn records(layout: &Layout, block: &Block, root: Node) -> Vec<NodeRec
 impl Measured<'_> {
     /// All nodes of a level, in the order of their numbers.
     fn nodes(&self, level: u32) -> impl Iterator<Item = Node> + use<> {
-        let (root, side) = (self.root, 1_u32 << level);
-        (0..side * side).map(move |number| Node {
-            level,
-            x: (root.x << level) + number % side,
-            y: (root.y << level) + number / side,
-        })
+        let root = self.root;
+        (0..1_u32 << (2 * level)).map(move |number| root.numbered(level, number))
     }
 
     fn z(&self, post: Post) -> f64 {
@@ -174,7 +170,7 @@ impl Measured<'_> {
             for at in [[0, 1, 2], [0, 2, 3]] {
                 let half = at.map(|corner: usize| root[corner]);
                 let error = self.distance(half);
-                self.raise(self.root, |record| &mut record.whole, error);
+                self.raise_error(self.root, |record| &mut record.whole, error);
             }
         }
         for level in 0..self.layout.levels() {
@@ -186,9 +182,10 @@ impl Measured<'_> {
         for level in (0..self.layout.levels() - 1).rev() {
             for node in self.nodes(level) {
                 for quarter in 0..4 {
-                    let below = self.record(node.child(quarter)).error;
+                    let below = self.record(node.child(quarter));
                     let record = &mut self.records[node.index()];
-                    record.error = record.error.max(below);
+                    record.error = record.error.max(below.error);
+                    record.margin = record.margin.max(below.margin);
                 }
             }
         }
@@ -216,32 +213,41 @@ impl Measured<'_> {
             for k in 0..2 {
                 if whole[k] {
                     let error = self.distance(halves[k]);
-                    self.raise(quarters[k], |record| &mut record.whole, error);
+                    self.raise_error(quarters[k], |record| &mut record.whole, error);
                 }
             }
             if whole == [true, true] {
                 let error = self.distance([middle, corners[side], corners[next]]);
-                self.raise(node, |record| &mut record.skipped[side], error);
+                self.raise_error(node, |record| &mut record.skipped[side], error);
+                // Splitting the quarters does not mend it, but it is drawn over them.
                 for quarter in quarters {
-                    self.raise(quarter, |record| &mut record.error, error);
+                    self.raise(quarter, |record| &mut record.margin, error);
                 }
             }
         }
     }
 
-    /// Raises one number of a record, and the error with it. A cell has no record, and no post
-    /// that errs.
+    /// Raises the error of a pattern, and that of its node and its margin with it.
+    fn raise_error(
+        &mut self,
+        node: Node,
+        pattern: impl Fn(&mut NodeRecord) -> &mut f32,
+        error: f64,
+    ) {
+        self.raise(node, pattern, error);
+        self.raise(node, |record| &mut record.error, error);
+        self.raise(node, |record| &mut record.margin, error);
+    }
+
+    /// Raises one number of a record. A cell has no record, and no post that errs.
     fn raise(&mut self, node: Node, which: impl Fn(&mut NodeRecord) -> &mut f32, error: f64) {
         if node.level == self.layout.levels() {
             return;
         }
         let all = self.records[self.root.index()];
         let magnitude = f64::from(all.low.abs().max(all.high.abs()));
-        let error = upward(error, magnitude);
-        let record = &mut self.records[node.index()];
-        let number = which(record);
-        *number = number.max(error);
-        record.error = record.error.max(error);
+        let number = which(&mut self.records[node.index()]);
+        *number = number.max(upward(error, magnitude));
     }
 }
 

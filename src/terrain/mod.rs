@@ -6,6 +6,7 @@
 //! quadtree. C: static LOD for transmission-line corridors. D: Wang and Luo, parallel terrain LOD.
 
 mod block;
+mod bound;
 mod criterion;
 mod cut;
 mod fan;
@@ -13,9 +14,11 @@ mod field;
 mod footing;
 mod ground;
 mod interpolate;
+mod judge;
 mod layout;
 mod measure;
 mod mesh;
+mod patch;
 pub mod pyramid;
 mod quadtree;
 pub mod read;
@@ -27,9 +30,7 @@ mod store;
 mod triangle;
 
 pub use block::{Block, BlockError, NodeRecord};
-pub use criterion::{
-    Criterion, KnobError, Knobs, REST_MPS, Seen, UnknownCriterion, error, motion, roughness, vertex,
-};
+pub use criterion::{Criterion, KnobError, Knobs, REST_MPS, Seen, UnknownCriterion};
 pub use cut::{Cut, State};
 pub use fan::Facet;
 pub use field::{FieldError, Grid, HeightField};
@@ -38,8 +39,9 @@ pub use ground::{Ground, GroundError};
 pub use interpolate::Interpolation;
 pub use layout::{Layout, Posts};
 pub use mesh::Mesh;
+pub use patch::Patch;
 pub use quadtree::{Node, QUARTERS, Quarter, child_number, level_start};
 pub use refine::Workers;
-pub use select::{Detail, Selection, refine, select};
+pub use select::{Detail, Selection, refine, select, select_within};
 pub use store::{Keep, Reach, StoreCounts, TileStore};
 pub use triangle::{Post, doubled_area, height_between, height_on};

@@ -66,6 +66,17 @@ impl Node {
         })
     }
 
+    /// The node of a number on a level of this block; see [`Node::number`].
+    #[must_use]
+    pub fn numbered(self, level: u32, number: u32) -> Self {
+        let side = 1 << level;
+        Self {
+            level,
+            x: (self.x << level) + number % side,
+            y: (self.y << level) + number / side,
+        }
+    }
+
     /// Its number within its block, row by row from the south-west, per level from 0.
     pub fn number(self) -> u32 {
         let within = (1 << self.level) - 1;

@@ -2,11 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::criterion::{Criterion, Knobs, Seen};
 use super::cut::{BlockCut, Cut, State};
-use super::ground::Ground;
-use super::quadtree::Node;
-use crate::geom::View;
+use super::judge::Judge;
+use super::quadtree::{Node, level_start};
 
 /// One thread or all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,96 +16,106 @@ pub enum Workers {
     Pool,
 }
 
-/// How a view judges nodes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Judge<'a> {
-    pub ground: &'a Ground,
-    pub view: &'a View,
-    pub criterion: Criterion,
-    pub knobs: Knobs,
-}
+/// Subtrees in the queue that threads take work from, unless the blocks have no more: so many
+/// that none is long idle, where the ground is rough in one place only, and so large that
+/// judging them costs more than handing them over.
+const SHARES: usize = 256;
+/// Levels of a subtree that is handed over, at least.
+const LEAST_LEVELS: u32 = 3;
 
 impl Judge<'_> {
-    /// What a node is by itself.
+    /// The cut as the criterion alone makes it, without regard to neighbours.
     ///
-    /// A node with holes is split down to the cells, so that holes are drawn as they are. A
-    /// single cell has nothing to be split into.
-    pub fn state(&self, node: Node) -> State {
-        let record = self.ground.record(node);
-        let bounds = self.ground.bounds(node, &record);
-        if !record.has_ground() || self.view.frustum().is_outside(&bounds) {
-            return State::Hidden;
-        }
-        if record.is_mixed() {
-            return State::Split;
-        }
-        let posts = self.ground.layout().posts(node);
-        let cells = [0, 1].map(|axis| posts.last[axis] - posts.first[axis]);
-        let seen = Seen {
-            record: &record,
-            to_eye: self.view.eye() - bounds.center(),
-            side: self.ground.layout().side_m(node.level),
-            block_side: self.ground.layout().side_m(0),
+    /// With a pool, the calling thread walks through the coarsest levels and fills a queue with
+    /// the nodes below them, from which all threads take one at a time and walk on. A node is
+    /// judged by itself, so the result is the same.
+    ///
+    /// Source: D, section 2.3 (a producer, consumers, and a queue of nodes).
+    pub fn refine(&self, workers: Workers) -> Cut {
+        let layout = self.ground.layout();
+        let roots = (0..layout.block_count()).map(|number| layout.block(number));
+        let levels = layout.levels();
+        let blocks = match workers {
+            Workers::One => roots.map(|root| self.walk(root, levels).0).collect(),
+            Workers::Pool => self.shared(&roots.collect::<Vec<_>>()),
         };
-        if cells != [1, 1] && self.criterion.splits(&seen, &self.knobs) {
-            State::Split
-        } else {
-            State::Drawn
-        }
+        // A block out of view is as good as one that was never looked at.
+        let seen = |states: Vec<State>| (states[0] != State::Hidden).then(|| BlockCut::new(states));
+        Cut::new(layout, blocks.into_iter().map(seen).collect())
     }
 
-    /// The state of a node that is not to be split.
-    pub fn whole(&self, node: Node) -> State {
-        let record = self.ground.record(node);
-        let bounds = self.ground.bounds(node, &record);
-        if !record.has_ground() || self.view.frustum().is_outside(&bounds) {
-            State::Hidden
-        } else {
-            State::Drawn
-        }
-    }
-
-    /// Breadth first through one block: the nodes of a level are judged, the children of those
-    /// that are split wait in the second queue, and the queues are swapped.
+    /// Breadth first from a node down to level `end`: the nodes of a level are judged, the
+    /// children of those that are split wait in the second queue, and the queues are swapped.
+    ///
+    /// Gives the states of all nodes from this one down to the deepest reached, numbered as if it
+    /// were a block, and the nodes of level `end` that wait.
     ///
     /// Source: A, section 1.3.
-    fn refine_block(&self, root: Node) -> Option<BlockCut> {
-        let layout = self.ground.layout();
-        self.ground.block_of(root)?;
-        let mut cut = BlockCut::new(layout.levels());
-        let (mut current, mut next) = (vec![root], Vec::new());
-        while !current.is_empty() {
+    fn walk(&self, from: Node, end: u32) -> (Vec<State>, Vec<Node>) {
+        let cells = self.ground.layout().levels();
+        let mut states = Vec::new();
+        let (mut current, mut next) = (vec![from], Vec::new());
+        for level in from.level..end {
+            if current.is_empty() {
+                break;
+            }
+            let below = level - from.level;
+            states.resize(level_start(below + 1), State::Unreached);
             for node in current.drain(..) {
                 let state = self.state(node);
-                cut.states[node.index()] = state;
-                if state == State::Split {
-                    cut.splits[node.level as usize].push(node);
-                    if node.level + 1 < layout.levels() {
-                        next.extend((0..4).map(|quarter| node.child(quarter)));
-                    }
+                let place = Node {
+                    level: below,
+                    ..node
+                };
+                states[place.index()] = state;
+                if state == State::Split && level + 1 < cells {
+                    next.extend((0..4).map(|quarter| node.child(quarter)));
                 }
             }
             std::mem::swap(&mut current, &mut next);
         }
-        // A block out of view is as good as one that was never looked at.
-        (cut.states[0] != State::Hidden).then_some(cut)
+        (states, current)
     }
 
-    /// The cut as the criterion alone makes it, without regard to neighbours.
-    ///
-    /// With a pool, blocks are the queue from which its threads take work; judging a node costs
-    /// less than handing it over, so a thread goes on with a block to the end. The result is the
-    /// same.
-    ///
-    /// Source: D, section 2.3.
-    pub fn refine(&self, workers: Workers) -> Cut {
-        let layout = self.ground.layout();
-        let numbers = 0..layout.block_count();
-        let refine = |number| self.refine_block(layout.block(number));
-        let blocks = match workers {
-            Workers::One => numbers.map(refine).collect(),
-            Workers::Pool => numbers.into_par_iter().map(refine).collect(),
+    /// The states of all blocks, by all threads.
+    fn shared(&self, roots: &[Node]) -> Vec<Vec<State>> {
+        let levels = self.ground.layout().levels();
+        let enough = |top: u32| roots.len() << (2 * top) >= SHARES;
+        let top = (0..levels.saturating_sub(LEAST_LEVELS)).find(|&top| enough(top));
+        let top = top.unwrap_or(levels.saturating_sub(LEAST_LEVELS));
+        let mut blocks = Vec::with_capacity(roots.len());
+        let mut queue = Vec::new();
+        for (number, &root) in roots.iter().enumerate() {
+            let (states, waiting) = self.walk(root, top);
+            blocks.push(states);
+            queue.extend(waiting.into_iter().map(|node| (number, node)));
+        }
+        let walked = queue.par_iter().with_max_len(1);
+        let walked: Vec<_> = walked.map(|&(_, node)| self.walk(node, levels).0).collect();
+        for ((number, node), states) in queue.into_iter().zip(walked) {
+            graft(&mut blocks[number], node, &states);
+        }
+        blocks
+    }
+}
+
+/// Puts the states of a subtree into its block, row by row.
+fn graft(block: &mut Vec<State>, node: Node, subtree: &[State]) {
+    let mut below = 0;
+    while level_start(below) < subtree.len() {
+        let side = 1_usize << below;
+        let first = Node {
+            level: node.level + below,
+            x: node.x << below,
+            y: node.y << below,
         };
-        Cut::new(self.ground, blocks)
+        let end = level_start(first.level + 1);
+        block.resize(end.max(block.len()), State::Unreached);
+        let rows = subtree[level_start(below)..].chunks_exact(side);
+        let places = block[first.index()..].chunks_mut(1 << first.level);
+        for (row, place) in rows.take(side).zip(places) {
+            place[..side].copy_from_slice(row);
+        }
+        below += 1;
     }
 }

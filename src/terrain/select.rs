@@ -1,13 +1,15 @@
 //! What to draw of the ground for a view, and how wrong it is.
 
+use super::bound::error_px;
 use super::criterion::{Criterion, KnobError, Knobs};
 use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
-use super::refine::{Judge, Workers};
+use super::judge::Judge;
+use super::refine::Workers;
 use super::spare::spare_midpoints;
 use super::stitch::stitch;
-use crate::geom::{PixelScale, View};
+use crate::geom::View;
 
 /// How much of the ground's detail to draw.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,12 +63,37 @@ pub fn select(
     detail: &Detail,
     workers: Workers,
 ) -> Result<Selection, KnobError> {
-    let judge = Judge::new(ground, view, detail)?;
+    select_within(ground, view, detail, f64::INFINITY, workers)
+}
+
+/// As [`select`], and besides what the criterion splits everything is split that would err by more
+/// than `max_error_px` on the screen.
+///
+/// Law: where all is drawn that was asked for ([`Selection::share`] 1) and `subdivide_within` is
+/// infinite, [`Selection::error_px`] is no more than `max_error_px`.
+///
+/// # Errors
+/// As [`select`], and for a `max_error_px` that is not above 0.
+pub fn select_within(
+    ground: &Ground,
+    view: &View,
+    detail: &Detail,
+    max_error_px: f64,
+    workers: Workers,
+) -> Result<Selection, KnobError> {
+    if max_error_px.is_nan() || max_error_px <= 0.0 {
+        return Err(KnobError {
+            knob: "max_error_px",
+            least: "above 0",
+            value: max_error_px,
+        });
+    }
+    let judge = Judge {
+        max_error_px,
+        ..Judge::new(ground, view, detail)?
+    };
     let with_share = |share: f64| {
-        let judge = Judge {
-            knobs: judge.criterion.share(&judge.knobs, share),
-            ..judge
-        };
+        let judge = judge.with_share(share);
         let mut cut = judge.refine(workers);
         stitch(&judge, detail.subdivide_within, &mut cut);
         spare_midpoints(&judge, &mut cut);
@@ -91,24 +118,6 @@ pub fn refine(
     workers: Workers,
 ) -> Result<Cut, KnobError> {
     Ok(Judge::new(ground, view, detail)?.refine(workers))
-}
-
-impl<'a> Judge<'a> {
-    fn new(ground: &'a Ground, view: &'a View, detail: &Detail) -> Result<Self, KnobError> {
-        if detail.subdivide_within.is_nan() || detail.subdivide_within < 0.0 {
-            return Err(KnobError {
-                knob: "subdivide_within",
-                least: "0 or more",
-                value: detail.subdivide_within,
-            });
-        }
-        Ok(Self {
-            ground,
-            view,
-            criterion: detail.criterion,
-            knobs: detail.knobs.checked()?,
-        })
-    }
 }
 
 /// The largest share found whose triangles are no more than `most`; the smallest one tried where
@@ -187,15 +196,4 @@ fn facet_error_px(ground: &Ground, view: &View, facet: &Facet) -> f64 {
     let error = side.map_or(record.whole, |side| record.skipped[side]);
     let distance = ground.bounds(node, &record).distance(view.eye());
     error_px(f64::from(error), distance, view)
-}
-
-/// Rounded up by more than the three roundings it takes.
-fn error_px(error: f64, distance: f64, view: &View) -> f64 {
-    let px = match view.pixels() {
-        _ if error == 0.0 => 0.0,
-        PixelScale::PerMetre(scale) => error * scale,
-        PixelScale::PerRadian(scale) if distance > 0.0 => error * scale / distance,
-        PixelScale::PerRadian(_) => f64::INFINITY,
-    };
-    px * (1.0 + 8.0 * f64::EPSILON)
 }

@@ -3,15 +3,16 @@
 //! Where two nodes of one level share a side, its midpoint is drawn if both are split, or the
 //! ground of the other is not drawn; otherwise it is skipped. So a node may be split only if the
 //! midpoints at its corners are drawn: if the nodes across its parent's two outer sides are
-//! split. Where that fails, either the finer side is reduced or the coarser subdivided.
+//! split. Where that fails, either the finer side is reduced or the coarser subdivided; so too
+//! where the criterion asks for a midpoint by itself and only one of its two nodes is split.
 //!
 //! Source: A, section 2 (vertex skipping with flags for the four neighbours); B, section 2.3.2
-//! (reduction when farther than m, subdivision when nearer).
+//! (reduction when farther than m, subdivision when nearer); D, section 2.1 (vertices are tested by
+//! themselves).
 
 use super::cut::{Cut, State};
-use super::ground::Ground;
+use super::judge::Judge;
 use super::quadtree::Node;
-use super::refine::Judge;
 
 /// Applies the rule to a cut: where neighbours differ too much, nodes up to `reach` (m) from the
 /// eye are kept and the coarser side is subdivided; those farther away are reduced. Nodes with
@@ -38,7 +39,7 @@ pub(super) fn stitch(judge: &Judge, reach: f64, cut: &mut Cut) {
         subdivide.require(node);
     }
     subdivide.settle();
-    reduce(ground, cut);
+    reduce(cut);
 }
 
 /// The two nodes across the outer sides of a node's parent, at the parent's level.
@@ -60,33 +61,30 @@ impl Subdivide<'_> {
     /// Keeps a node and all above it, splitting what is not split yet. Where nothing is drawn,
     /// nothing is required.
     fn require(&mut self, node: Node) {
-        let ground = self.judge.ground;
         for up in (0..=node.level).rev() {
             let above = Node {
                 level: node.level - up,
                 x: node.x >> up,
                 y: node.y >> up,
             };
-            match self.cut.state(ground, above) {
+            match self.cut.state(above) {
                 State::Unreached | State::Hidden => return,
                 State::Kept => continue,
                 State::Split => {}
                 State::Drawn => self.open(above),
             }
-            self.cut.set(ground, above, State::Kept);
+            self.cut.set(above, State::Kept);
             self.waiting.push(above);
         }
     }
 
     /// Splits a node that was drawn whole. It has no hole, so neither have its children.
     fn open(&mut self, node: Node) {
-        let ground = self.judge.ground;
-        self.cut.note_split(ground, node);
         if node.level + 1 < self.cut.levels().end {
             for quarter in 0..4 {
                 let child = node.child(quarter);
                 let state = self.judge.whole(child);
-                self.cut.set(ground, child, state);
+                self.cut.set(child, state);
             }
         }
     }
@@ -98,8 +96,12 @@ impl Subdivide<'_> {
                 self.require(uncle);
             }
             for side in 0..4 {
-                if self.needs_midpoint(node, side)
-                    && let Some(neighbour) = node.across(side)
+                let Some(neighbour) = node.across(side) else {
+                    continue;
+                };
+                let settled = matches!(self.cut.state(neighbour), State::Kept | State::Hidden);
+                if !settled
+                    && (self.needs_midpoint(node, side) || self.judge.splits_side(node, side))
                 {
                     self.require(neighbour);
                 }
@@ -114,8 +116,8 @@ impl Subdivide<'_> {
         let open = [side, (side + 1) % 4].map(|quarter| {
             let child = node.child(quarter);
             let record = ground.record(child);
-            let hidden = child.level < self.cut.levels().end
-                && self.cut.state(ground, child) == State::Hidden;
+            let hidden =
+                child.level < self.cut.levels().end && self.cut.state(child) == State::Hidden;
             let gap = record.holes > 0 && (hidden || !record.has_ground());
             (record.has_ground() && !gap, gap)
         });
@@ -124,25 +126,24 @@ impl Subdivide<'_> {
 }
 
 /// Takes back, from coarse to fine, every node that is not kept and lacks a midpoint.
-fn reduce(ground: &Ground, cut: &mut Cut) {
+fn reduce(cut: &mut Cut) {
     for level in cut.levels() {
         let nodes: Vec<Node> = cut.splits(level).collect();
         for node in nodes {
-            let state = cut.state(ground, node);
-            let supported = || uncles(node).all(|uncle| cut.cover(ground, uncle) != State::Drawn);
+            let state = cut.state(node);
+            let supported = || uncles(node).all(|uncle| cut.cover(uncle) != State::Drawn);
             let reduced = match state {
                 State::Split if supported() => continue,
                 State::Split => State::Drawn,
                 State::Kept => continue,
                 other => other,
             };
-            cut.set(ground, node, reduced);
+            cut.set(node, reduced);
             if level + 1 < cut.levels().end {
                 for quarter in 0..4 {
-                    cut.set(ground, node.child(quarter), State::Unreached);
+                    cut.set(node.child(quarter), State::Unreached);
                 }
             }
         }
     }
-    cut.retain_splits();
 }

@@ -13,6 +13,7 @@
 //!
 //! Sources: A, sections 1.2 and 1.3; D, section 3.2.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
@@ -48,65 +49,86 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// How far a level reaches, m.
+    /// How far a level reaches, m; those finer than the finest as far as that.
     pub fn of_level(&self, level: u32) -> f64 {
-        self.near_m * f64::from(1_u32 << (self.finest - level.min(self.finest)))
+        self.near_m * f64::from(self.finest.saturating_sub(level)).exp2()
     }
 
     /// Whether a tile is within so many ranges of the eye.
     fn holds(&self, layout: &Layout, eye: DVec2, node: Node, ranges: f64) -> bool {
-        distance(layout, eye, node) <= ranges * self.of_level(node.level)
+        let away = distance(layout, eye, node);
+        away.is_some_and(|away| away <= ranges * self.of_level(node.level))
     }
 
-    /// The tiles in range, coarse levels first, within a level the nearest first, ties by row and
-    /// column.
-    pub fn wanted(&self, layout: &Layout, eye: DVec2) -> Vec<Node> {
+    /// The first `most` tiles in range: coarse levels first, within a level the nearest first,
+    /// ties by row and column. Takes time and memory for these, not for all that are in range.
+    pub fn wanted(&self, layout: &Layout, eye: DVec2, most: usize) -> Vec<Node> {
         let mut wanted = Vec::new();
-        for level in 0..=self.finest {
-            let first = wanted.len();
-            self.add_level(layout, eye, level, &mut wanted);
-            let by_distance = |a: &Node, b: &Node| {
-                let [a_m, b_m] = [a, b].map(|&node| distance(layout, eye, node));
-                a_m.total_cmp(&b_m).then((a.y, a.x).cmp(&(b.y, b.x)))
-            };
-            wanted[first..].sort_by(by_distance);
+        for level in 0..=self.finest.min(layout.levels()) {
+            let left = most - wanted.len();
+            if left == 0 {
+                break;
+            }
+            let mut nearest = self.nearest(layout, eye, level, left);
+            nearest
+                .sort_by(|(a_m, a), (b_m, b)| a_m.total_cmp(b_m).then((a.y, a.x).cmp(&(b.y, b.x))));
+            wanted.extend(nearest.into_iter().take(left).map(|(_, node)| node));
         }
         wanted
     }
 
-    fn add_level(&self, layout: &Layout, eye: DVec2, level: u32, wanted: &mut Vec<Node>) {
-        let (grid, range) = (layout.grid(), self.of_level(level));
-        let cells = f64::from(1_u32 << (layout.levels() - level));
-        let nodes = layout.blocks().map(|blocks| u64::from(blocks) << level);
-        // Nodes that the range may touch along one axis, one more at either end for rounding.
-        let span = |axis: usize| {
-            let at = (eye[axis] - grid.origin()[axis]) / (grid.spacing()[axis] * cells);
-            let reach = range / (grid.spacing()[axis] * cells);
-            let last = nodes[axis] as f64 - 1.0;
-            let from = (at - reach - 1.0).clamp(0.0, last.max(0.0)) as u32;
-            let to = (at + reach + 1.0).clamp(0.0, last.max(0.0)) as u32;
-            from..=to
-        };
-        if nodes.contains(&0) {
-            return;
-        }
-        for y in span(1) {
-            let row = span(0).map(|x| Node { level, x, y });
-            wanted.extend(row.filter(|&node| self.holds(layout, eye, node, 1.0)));
+    /// At least the first `most` tiles of a level that are in range, with their distances: those
+    /// in a range that is doubled until it holds enough.
+    fn nearest(&self, layout: &Layout, eye: DVec2, level: u32, most: usize) -> Vec<(f64, Node)> {
+        let grid = layout.grid();
+        let far = DVec2::new(grid.x(grid.columns() - 1), grid.y(grid.rows() - 1));
+        let outside = eye.distance(eye.clamp(grid.origin(), far));
+        let whole = (eye - grid.origin()).abs().max((eye - far).abs()).length();
+        let most_m = self.of_level(level).min(whole);
+        let mut within = layout.side_m(level);
+        loop {
+            let range_m = (outside + within).min(most_m);
+            let found = in_range(layout, eye, level, range_m);
+            // Not `<`, so that an eye that is nowhere ends it too.
+            if found.len() >= most || range_m.partial_cmp(&most_m) != Some(Ordering::Less) {
+                return found;
+            }
+            within *= 2.0;
         }
     }
 }
 
-/// Horizontal distance from the eye to the nearest point of a node, m; infinite where folding has
+/// The tiles of a level within a range, with their distances.
+fn in_range(layout: &Layout, eye: DVec2, level: u32, range_m: f64) -> Vec<(f64, Node)> {
+    let (grid, cells) = (layout.grid(), f64::from(layout.cells(level)));
+    let nodes = layout.blocks().map(|blocks| u64::from(blocks) << level);
+    if nodes.contains(&0) {
+        return Vec::new();
+    }
+    // Nodes that the range may touch along one axis, one more at either end for rounding.
+    let span = |axis: usize| {
+        let side_m = grid.spacing()[axis] * cells;
+        let at = (eye[axis] - grid.origin()[axis]) / side_m;
+        let last = nodes[axis] as f64 - 1.0;
+        let end = |at: f64| at.clamp(0.0, last) as u32;
+        end(at - range_m / side_m - 1.0)..=end(at + range_m / side_m + 1.0)
+    };
+    let all = span(1).flat_map(|y| span(0).map(move |x| Node { level, x, y }));
+    all.filter_map(|node| Some((distance(layout, eye, node)?, node)))
+        .filter(|(away, _)| *away <= range_m)
+        .collect()
+}
+
+/// Horizontal distance from the eye to the nearest point of a node, m; `None` where folding has
 /// left no area, as there is nothing to draw.
-fn distance(layout: &Layout, eye: DVec2, node: Node) -> f64 {
+fn distance(layout: &Layout, eye: DVec2, node: Node) -> Option<f64> {
     let (posts, grid) = (layout.posts(node), layout.grid());
     if posts.is_flat() {
-        return f64::INFINITY;
+        return None;
     }
     let corner = |[column, row]: [u32; 2]| DVec2::new(grid.x(column), grid.y(row));
     let nearest = eye.clamp(corner(posts.first), corner(posts.last));
-    eye.distance(nearest)
+    Some(eye.distance(nearest))
 }
 
 /// What a store has done since it was made.
@@ -195,11 +217,13 @@ impl<T> TileStore<T> {
                 self.drop_tile(node);
             }
         }
-        let mut wanted = reach.wanted(layout, eye);
+        let most = match self.keep {
+            Keep::All => usize::MAX,
+            Keep::Fifo { tiles } => tiles.max(1),
+        };
+        let mut wanted = reach.wanted(layout, eye, most.saturating_add(self.resident.len()));
         wanted.retain(|node| !self.resident.contains(node));
-        if let Keep::Fifo { tiles } = self.keep {
-            wanted.truncate(tiles.max(1));
-        }
+        wanted.truncate(most);
         let spared: BTreeSet<Node> = wanted.iter().copied().collect();
         for node in wanted {
             if self.held(node).is_none() {
@@ -223,14 +247,14 @@ impl<T> TileStore<T> {
         tiles: usize,
         mut read: impl FnMut(Node) -> Result<T, E>,
     ) -> Result<usize, E> {
-        let now: BTreeSet<Node> = reach.wanted(layout, eye).into_iter().collect();
+        let now = |held| reach.holds(layout, eye, held, 1.0);
         let mut done = 0;
-        for node in reach.wanted(layout, eye + motion) {
-            if done == tiles || !self.has_room(|held| now.contains(&held)) {
+        for node in reach.wanted(layout, eye + motion, tiles.saturating_add(self.len())) {
+            if done == tiles || !self.has_room(now) {
                 break;
             }
             if self.held(node).is_none() {
-                self.load(node, &mut read, |held| now.contains(&held))?;
+                self.load(node, &mut read, now)?;
                 done += 1;
             }
         }

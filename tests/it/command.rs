@@ -181,10 +181,10 @@ fn an_import_without_objects_or_into_a_source_is_refused() {
         &["--lod is", "--up is"],
     );
     let run = desk.run("import no.obj -o city.citylod");
-    assert_eq!(run.err.matches("os error").count(), 1, "{}", run.err);
+    assert_eq!(run.err.matches("no such file").count(), 1, "{}", run.err);
     desk.write("ok.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let run = desk.run("import ok.obj -o no/city.citylod");
-    assert_eq!(run.err.matches("not found").count(), 1, "{}", run.err);
+    assert_eq!(run.err.matches("no such folder").count(), 1, "{}", run.err);
     assert!(!run.err.contains(".citylod-"), "{}", run.err);
 }
 

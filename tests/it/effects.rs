@@ -1,10 +1,12 @@
 use std::time::Duration;
 
 use citylod::frame::{Active, Culling, Frame};
-use citylod::geom::{DVec3, SeparatingAxes, View};
+use citylod::geom::{DVec3, DepthRange, Orientation, Projection, SeparatingAxes, View};
 use citylod::index::{self, LodTree, Promotion};
 use citylod::lod::{BudgetLod, ErrorLod, Lod, RangeLod, Selection, select};
-use citylod::scene::{CityParams, Effects, Haze, Motion, Occlusion, Scene, SceneObject, generate};
+use citylod::scene::{
+    CityParams, Effects, Haze, Motion, Occlusion, Scene, SceneObject, Terrain, generate,
+};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
@@ -42,12 +44,13 @@ fn number(tree: &LodTree, id: &str) -> u32 {
 
 #[test]
 fn declarations_are_read_or_refused_with_the_place() {
-    let all = r#"{"motion":{},"haze":{"visibility_m":900},"occlusion":{}}"#;
+    let all = r#"{"motion":{},"haze":{"visibility_m":900},"occlusion":{},"terrain":{}}"#;
     let effects = Effects::from_json(all).unwrap();
     assert_eq!(effects.haze.map(|h| h.visibility_m), Some(900.0));
     assert_eq!(effects.motion.map(|m| m.reference_speed_mps), Some(1.5));
     let occlusion = effects.occlusion.unwrap();
     assert_eq!((occlusion.width_px, occlusion.min_pixels), (512, 1));
+    assert_eq!(effects.terrain, Some(Terrain::default()));
     assert!(Effects::from_json("{}").unwrap().is_empty());
     for (text, place) in [
         ("", "line 1 column 0"),
@@ -64,6 +67,12 @@ fn declarations_are_read_or_refused_with_the_place() {
         (r#"{"occlusion":{"width_px":8}}"#, "/occlusion/width_px"),
         (r#"{"occlusion":{"width_px":9999}}"#, "/occlusion/width_px"),
         (r#"{"occlusion":{"min_pixels":0}}"#, "/occlusion/min_pixels"),
+        (r#"{"terrain":{"criterion":"tallest"}}"#, "`tallest`"),
+        (r#"{"terrain":{"max_error_px":0}}"#, "/terrain/max_error_px"),
+        (
+            r#"{"terrain":{"max_triangles":0}}"#,
+            "/terrain/max_triangles",
+        ),
     ] {
         let error = Effects::from_json(text).unwrap_err().to_string();
         assert!(error.contains(place), "{text}: {error}");
@@ -200,6 +209,92 @@ fn budget_is_spent_on_what_stays(
     seen.sort_unstable();
     let lod = Lod::Budget(BudgetLod::new(budget));
     assert_eq!(drawn(&frame(tree, view, &lod, active)), seen);
+}
+
+/// As many asks as doublings, whatever haze takes out of what they give: here all but the last.
+#[test]
+fn a_budget_under_haze_asks_a_few_times() {
+    const HIDDEN: u32 = 4_000;
+    let mut objects: Vec<SceneObject> = (0..HIDDEN)
+        .map(|n| {
+            let corner = DVec3::new(50.0, 300.0 + f64::from(n) * 0.01, 0.0);
+            object(format!("far-{n}"), corner, DVec3::splat(20.0))
+        })
+        .collect();
+    objects.push(object(
+        "near",
+        DVec3::new(60.0, 0.0, 0.0),
+        DVec3::splat(0.1),
+    ));
+    let tree = built(objects);
+    let view = View::new(
+        DVec3::ZERO,
+        Orientation::LookAt {
+            target: DVec3::X,
+            up: DVec3::Z,
+        },
+        Projection::Perspective { fov_y_deg: 170.0 },
+        DepthRange {
+            near: 0.1,
+            far: None,
+        },
+        [1920, 1080],
+    )
+    .unwrap();
+    let active = Active {
+        haze: Some(Haze {
+            visibility_m: 100.0,
+        }),
+        ..Active::default()
+    };
+    let everything = selected(&tree, &view, &Lod::Range(RangeLod::full_detail()));
+    assert_eq!(
+        everything.len(),
+        HIDDEN as usize + 1,
+        "all of it is in view"
+    );
+    let mut asked = 0;
+    let mut frame = Frame::default();
+    let lod = Lod::Budget(BudgetLod::new(1));
+    frame.work_out(&tree, &view, &lod, &active, || {
+        asked += 1;
+        Duration::ZERO
+    });
+    assert_eq!(drawn(&frame), [number(&tree, "near")]);
+    assert!(asked < 40, "the clock was looked at {asked} times");
+}
+
+#[test]
+fn occlusion_that_takes_too_long_is_given_up() {
+    let scene = generate(&CityParams {
+        objects: 3_000,
+        seed: 1,
+    });
+    let tree = index::build(&scene, Promotion::Largest).unwrap();
+    let view = look(DVec3::new(0.0, -800.0, 60.0), DVec3::ZERO);
+    let lod = Lod::Range(RangeLod::full_detail());
+    let within = |patience| {
+        let active = Active {
+            patience,
+            ..occluding(OCCLUSION)
+        };
+        let mut now = Duration::ZERO;
+        let mut frame = Frame::default();
+        frame.work_out(&tree, &view, &lod, &active, || {
+            now += Duration::from_millis(1);
+            now
+        });
+        frame
+    };
+    let whole = within(None);
+    assert!(!whole.gave_up() && whole.effects().occlusion.unwrap().result > 0);
+    let patient = within(Some(Duration::from_secs(1)));
+    assert_eq!(drawn(&patient), drawn(&whole));
+    let hasty = within(Some(Duration::from_millis(5)));
+    assert!(hasty.gave_up());
+    assert_eq!(hasty.effects().occlusion, None);
+    assert!(hasty.visible_pixels().is_empty());
+    assert_eq!(drawn(&hasty), selected(&tree, &view, &lod));
 }
 
 const OCCLUSION: Occlusion = Occlusion {

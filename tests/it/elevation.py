@@ -65,12 +65,32 @@ def write(folder):
         out.write(values, 1)
 
 
+    with rasterio.open(
+        f"{folder}/grid.asc", "w", driver="AAIGrid", width=167, height=211, count=1,
+        dtype="float32", crs="EPSG:32632", transform=from_origin(500_000.0, 5_400_000.0, 25.0, 25.0),
+        nodata=-9999,
+    ) as out:
+        values = relief.astype("float32") * 1.37 - 400
+        values[40:60, 20:90] = -9999
+        out.write(values, 1)
+    decimetres = relief * 10 + 100_000 - 4321
+    terrarium = relief * 256 + 32768 * 256 - 1_000_000
+    for name, coded in (("terrain-rgb", decimetres), ("terrarium", terrarium)):
+        with rasterio.open(
+            f"{folder}/{name}.png", "w", driver="PNG", width=167, height=211, count=3, dtype="uint8",
+        ) as out:
+            out.write(numpy.stack([coded >> 16, coded >> 8 & 255, coded & 255]).astype("uint8"))
+
+
 def heights(path, bounds):
     """Heights with NaN for no data, and the transform of cells."""
     with rasterio.open(path) as file:
         if path.endswith(".png"):
             r, g, b = (file.read(band).astype(float) for band in (1, 2, 3))
-            return r * 256 + g + b / 256 - 32768, from_bounds(*bounds, file.width, file.height)
+            values = r * 256 + g + b / 256 - 32768
+            if path.endswith("terrain-rgb.png"):
+                values = (r * 65536 + g * 256 + b) * 0.1 - 10000
+            return values, from_bounds(*bounds, file.width, file.height)
         values = file.read(1).astype(float)
         if file.nodata is not None:
             values[values == file.nodata] = numpy.nan

@@ -134,6 +134,28 @@ pub fn deflated(bytes: &[u8]) -> Vec<u8> {
     packed.finish().unwrap()
 }
 
+/// 600 kB that unpack to 256,000,000 heights: 160 strips that share one deflated run of zeros.
+pub fn deflate_bomb() -> Vec<u8> {
+    let strip = deflated(&vec![0; 16_000 * 100 * 2]);
+    let mut data = strip.clone();
+    data.resize(600_000, 0);
+    with(|t| {
+        t.long(256, &[16_000]).long(257, &[16_000]);
+        t.long(278, &[100]).short(259, &[8]);
+        t.long(273, &[8; 160]).long(279, &[strip.len() as u32; 160]);
+        t.holding(&data)
+    })
+}
+
+/// Three by two heights whose strip goes on for 400 MB.
+pub fn endless_strip() -> Vec<u8> {
+    let strip = deflated(&vec![0; 400_000_000]);
+    with(|t| {
+        t.short(259, &[8]).long(279, &[strip.len() as u32]);
+        t.holding(&strip)
+    })
+}
+
 /// An 8-bit RGB picture.
 pub fn picture(width: u32, height: u32, pixels: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();

@@ -104,7 +104,6 @@ fn the_level_asked_for_is_taken() {
         (Some("1.2"), vec![("both", 2)], vec!["one"]),
         (Some("1"), vec![("both", 0), ("one", 1)], vec![]),
         (Some("2.2"), vec![("both", 4)], vec!["one"]),
-        (Some("3"), vec![], vec!["both", "one"]),
     ] {
         let options = Options {
             lod: lod.map(Into::into),
@@ -120,6 +119,24 @@ fn the_level_asked_for_is_taken() {
             .map(|(id, place)| (*id, place.as_str(), missing))
             .collect();
         assert_warnings(&imported, &lost);
+    }
+}
+
+/// One word about the file, not one about each object.
+#[test]
+fn a_level_that_no_object_has_is_told_once() {
+    let options = Options {
+        lod: Some("abc".into()),
+        ..Options::default()
+    };
+    let imported = import_one(&fixture("cityjson/levels.city.json"), &options).unwrap();
+    assert!(imported.scene.objects.is_empty());
+    let [warning] = imported.warnings.as_slice() else {
+        panic!("{:?}", imported.warnings);
+    };
+    assert_eq!(warning.object, None);
+    for word in ["\"abc\"", "all 2 left out", "1.2", "2.2"] {
+        assert!(warning.what.contains(word), "{word}: {}", warning.what);
     }
 }
 

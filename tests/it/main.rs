@@ -37,10 +37,14 @@ mod import_gltf;
 mod import_gltf_malformed;
 /// OBJ becomes the objects and bounds that the file states; broken files name line and column.
 mod import_obj;
+/// Several files at once: whether they can be one city, and what is told once and not of each object.
+mod import_several;
 /// What goes into a tree comes back out of its file, whatever it is.
 mod index_content;
 /// `.citylod` files: the same bytes every time, whole or not at all, and safe when damaged.
 mod index_file;
+/// A ridge with houses on either side.
+mod land;
 /// Error mode and budget mode against brute force, and the bound in every mode.
 mod modes;
 /// Views and boxes at the edge of what f32 and f64 can tell.
@@ -83,7 +87,11 @@ mod terrain_pyramid;
 mod terrain_read;
 /// Stores of tiles against plain lists.
 mod terrain_store;
+/// Ground in use: declared when it is laid, drawn, refused when it is another's.
+mod terrain_use;
 /// The sources keep the layer table and the house rules.
 mod tidy;
+/// What the command says of numbers, files, pipes and effects that cannot be.
+mod usage;
 /// Files that a test writes, damages and imports.
 mod written;

@@ -3,7 +3,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use citylod::geom::{Aabb, DVec3, DepthRange, Orientation, Projection, View};
-use citylod::raster::{Picture, Solid, paint};
+use citylod::raster::{LEVEL_COLOURS, Picture, Solid, paint};
 
 use crate::desk::Desk;
 
@@ -167,6 +167,44 @@ fn render_writes_the_picture_that_was_asked_for() {
     ] {
         assert_ne!(shoot(flags, name).2, plain.2, "{flags}");
     }
+}
+
+#[test]
+fn colours_of_levels_have_a_legend() {
+    let desk = Desk::new();
+    desk.out("generate --objects 3000 -o city.citylod");
+    let run = desk.run(&format!(
+        "render city.citylod {CAMERA} -o levels.png --tint level"
+    ));
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let mut lines = run.err.lines();
+    let drawn: u32 = lines
+        .next()
+        .unwrap()
+        .split(' ')
+        .nth(1)
+        .unwrap()
+        .parse()
+        .unwrap();
+    let mut counted = 0;
+    let mut levels = Vec::new();
+    for line in lines {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let ["level", level, name, hex, count] = words[..] else {
+            panic!("{line}");
+        };
+        levels.push(level.parse::<usize>().unwrap());
+        let (known, colour) = LEVEL_COLOURS[levels[levels.len() - 1]];
+        assert_eq!((name, hex), (known, &*format!("#{colour:06x}")));
+        counted += count.replace(',', "").parse::<u32>().unwrap();
+    }
+    assert!(
+        levels.len() > 1 && levels.is_sorted_by(|a, b| a > b),
+        "{levels:?}"
+    );
+    assert_eq!(counted, drawn);
+    let plain = desk.run(&format!("render city.citylod {CAMERA} -o plain.png"));
+    assert!(!plain.err.contains("level"), "{}", plain.err);
 }
 
 #[test]

@@ -290,3 +290,48 @@ fn a_failed_read_is_tried_again() {
         Ok(7)
     );
 }
+
+/// A store for 300 tiles asks for no more, however large the ground and the range are.
+#[test]
+fn a_bounded_store_lists_no_more_than_it_holds() {
+    let side = Grid::MOST_POSTS;
+    let grid = Grid::new(side, side, DVec2::ZERO, DVec2::ONE).unwrap();
+    let tiling = Tiling::new(grid);
+    let layout = *tiling.layout();
+    let far = f64::from(side);
+    for near_m in [1e9, 1e300, f64::INFINITY] {
+        for eye in [
+            DVec2::splat(far / 2.0),
+            DVec2::new(far * 0.9, -1e4),
+            DVec2::ZERO,
+            DVec2::splat(f64::NAN),
+        ] {
+            let reach = Reach {
+                near_m,
+                finest: tiling.finest(),
+            };
+            let mut store = TileStore::new(Keep::D);
+            store.move_to(&layout, &reach, eye, name).unwrap();
+            let ahead = (eye, DVec2::splat(1e3));
+            store.read_ahead(&layout, &reach, ahead, 4, name).unwrap();
+            let expected = if eye.is_nan() { 0 } else { 300 };
+            assert_eq!(store.len(), expected, "{near_m} {eye}");
+        }
+    }
+}
+
+/// Levels that are not there have a range, as far as the finest, and no tiles.
+#[test]
+fn levels_beyond_the_last_do_no_harm() {
+    let layout = *tiling().layout();
+    let eye = DVec2::new(1200.0, 800.0);
+    let deep = Reach {
+        near_m: 1.0,
+        finest: u32::MAX,
+    };
+    assert_eq!(deep.of_level(u32::MAX), 1.0);
+    assert!(deep.of_level(0) > 1e300);
+    let wanted = deep.wanted(&layout, eye, usize::MAX);
+    assert!(wanted.iter().all(|node| node.level <= layout.levels()));
+    assert!(wanted.len() > 100);
+}

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 /// The layer table: a module, its layer, and the modules it may use.
 const LAYERS: &[(&str, u8, &[&str])] = &[
     ("geom", 0, &[]),
+    ("file", 0, &[]),
     ("scene", 1, &["geom"]),
     ("import", 2, &["geom", "scene"]),
-    ("index", 2, &["geom", "scene"]),
-    ("terrain", 2, &["geom"]),
+    ("index", 2, &["geom", "file", "scene"]),
+    ("terrain", 2, &["geom", "file"]),
     ("control", 2, &[]),
     ("lod", 3, &["geom", "index"]),
     ("raster", 3, &["geom", "scene"]),
@@ -23,10 +24,12 @@ const ENGINE: &[&str] = &[
     "geom", "scene", "index", "terrain", "control", "lod", "raster", "effects",
 ];
 const BELOW_THE_EDGE: &[&str] = &[
-    "geom", "scene", "index", "terrain", "control", "lod", "raster", "effects", "frame", "import",
+    "geom", "file", "scene", "index", "terrain", "control", "lod", "raster", "effects", "frame",
+    "import",
 ];
 const EVERYTHING: &[&str] = &[
     "geom",
+    "file",
     "scene",
     "index",
     "terrain",

@@ -16,13 +16,27 @@ export interface Collection {
   classes: string[];
   promotion: string;
   effects: DeclaredEffects;
+  ground: DeclaredGround | null;
   revision: string;
+}
+
+/** How the posts of the ground lie. */
+export interface DeclaredGround {
+  posts: [number, number];
+  origin: [number, number];
+  spacing: [number, number];
+  heights: [number, number] | null;
+  block_levels: number;
+  tile_levels: number;
+  finest: number;
+  blocks: [number, number];
 }
 
 export interface DeclaredEffects {
   motion?: { reference_speed_mps: number };
   haze?: { visibility_m: number };
   occlusion?: { width_px: number; min_pixels: number };
+  terrain?: { criterion: string; max_error_px: number; max_triangles: number };
   [name: string]: unknown;
 }
 
@@ -41,7 +55,7 @@ export type Lod =
   | { mode: 'budget'; max_objects: number };
 
 /** Switches, or how fast the camera moves. */
-export type Effects = Record<string, boolean | { speed_mps: number }>;
+export type Effects = Record<string, boolean | { speed_mps: number } | { patches: boolean }>;
 
 /** The last frame and what it was drawn with; without a frame only what is wished for. */
 export interface Feedback {

@@ -2,6 +2,7 @@
 
 import { type Answer, type Ask, at, type Collection, type Feedback, type Item, json, type Problem } from './api';
 import { City } from './city';
+import { Ground } from './ground';
 import * as hash from './hash';
 import { effects, type Knobs, KNOBS, lod } from './knobs';
 import { Panel } from './panel';
@@ -37,6 +38,7 @@ export interface Surroundings {
 export class App {
   knobs: Knobs = KNOBS;
   city: City | undefined;
+  ground: Ground | undefined;
   /** Steers instead of the user: the pose after so many seconds, or frames in a test. */
   pilot: ((seconds: number, frame: number) => Pose) | undefined;
   /** Called with each frame; the next waits for what it promises. */
@@ -77,6 +79,7 @@ export class App {
   /** Shows a scene, from a place or from its own best side. */
   open(collection: Collection, place: hash.Place): void {
     this.city?.close();
+    this.ground?.close();
     this.thaw();
     this.unpick();
     this.tour(false);
@@ -89,6 +92,15 @@ export class App {
       stale: () => this.around.reload(collection.id),
     });
     this.city = city;
+    this.stage.ground(undefined);
+    this.ground = Ground.of(collection, {
+      drawn: (surface) => {
+        if (!this.sloped) return;
+        this.stage.ground(surface, (eye, way) => this.ground?.meet(eye, way, 4 * this.extent));
+        this.stir();
+      },
+      problem: (problem) => this.problem(problem),
+    });
     this.stage.show(city.instances, collection.classes);
     this.settle(city.bounds.min[2], false);
     this.around.panel.show(collection, city.levels);
@@ -104,6 +116,10 @@ export class App {
     this.knobs = { ...this.knobs, ...change };
     this.stage.tint(this.knobs.tint);
     this.around.panel.set(this.knobs, false);
+    if (!this.sloped) {
+      this.stage.ground(undefined);
+      this.ground?.forget();
+    }
     this.air();
     this.stir(true);
   }
@@ -177,6 +193,7 @@ export class App {
     this.last = now;
     this.frames += 1;
     this.steer(seconds, now);
+    if (this.sloped) this.stage.floor(this.level);
     this.stage.place(this.rig.pose);
     this.ask();
     this.stage.draw(this.far);
@@ -221,6 +238,7 @@ export class App {
     this.due = false;
     this.asked = ask;
     city.ask(ask);
+    if (this.sloped) this.ground?.ask(ask);
   }
 
   private feedback(): Feedback {
@@ -260,6 +278,7 @@ export class App {
       const ends = city.answer ? city.levels.ends(city.answer.lod, knobs.beyond) : [];
       panel.explain(knobs.tint, city.answer, ends);
       panel.say(city.way, city.answer, city.chunks.pending);
+      panel.tell(this.sloped ? this.ground?.figures : undefined);
     }
     if (now - this.written.hash > 400 && this.city && !this.pilot) {
       this.written.hash = now;
@@ -333,12 +352,27 @@ export class App {
     return Math.max(max[0] - min[0], max[1] - min[1], 100);
   }
 
+  /** Whether the ground is drawn as it is. */
+  private get sloped(): boolean {
+    return this.ground !== undefined && !this.knobs.without.has('terrain');
+  }
+
+  /** Height of the ground under the eye, m. */
+  private get level(): number {
+    const [x, y] = this.rig.pose.eye;
+    return this.sloped ? this.ground!.height(x, y) : this.floor;
+  }
+
+  private floor = 0;
+
   private settle(level: number, even: boolean): void {
     this.even = even;
+    this.floor = level;
     this.stage.floor(level);
     const blocked = (x: number, y: number, z: number) => this.city?.instances.blocked(x, y, z, 0.5) ?? false;
     const { pose } = this.rig;
-    this.rig.over({ level, extent: this.extent, blocked });
+    const under = () => this.level;
+    this.rig.over({ get level() { return under(); }, extent: this.extent, blocked });
     this.rig.jump(pose);
     this.air();
     this.stir();
@@ -350,7 +384,7 @@ export class App {
     const haze = this.city?.collection.effects.haze;
     if (haze && !this.knobs.without.has('haze')) this.stage.haze(haze.visibility_m);
     else this.stage.clear(this.extent);
-    this.stage.shade(this.even && this.knobs.shadows);
+    this.stage.shade(this.even && !this.sloped && this.knobs.shadows);
   }
 
   private buttons(): void {

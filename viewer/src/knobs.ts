@@ -57,6 +57,10 @@ export function effects(knobs: Knobs, declared: DeclaredEffects, speed_mps: numb
   const said: Effects = {};
   for (const name of Object.keys(declared)) {
     if (knobs.without.has(name)) said[name] = false;
+    // The ground is asked for beside the objects; with them it matters only for what it hides.
+    else if (name === 'terrain') {
+      if (!declared.occlusion || knobs.without.has('occlusion')) said[name] = false;
+    }
     // Whole steps: a speed that hardly changes is no news.
     else if (name === 'motion') said[name] = { speed_mps: Math.round(speed_mps * 2) / 2 };
   }

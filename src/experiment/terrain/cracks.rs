@@ -102,7 +102,7 @@ fn unmended(ground: &Ground, cut: &Cut) -> Vec<[Post; 3]> {
     let mut triangles = Vec::new();
     for number in 0..layout.block_count() {
         let root = layout.block(number);
-        if cut.state(ground, root) == State::Drawn {
+        if cut.state(root) == State::Drawn {
             let [a, b, c, d] = layout.posts(root).corners();
             triangles.extend([[a, b, c], [a, c, d]]);
         }
@@ -115,7 +115,7 @@ fn unmended(ground: &Ground, cut: &Cut) -> Vec<[Post; 3]> {
             let drawn = if child.level == levels {
                 ground.record(child).has_ground()
             } else {
-                cut.state(ground, child) == State::Drawn
+                cut.state(child) == State::Drawn
             };
             if drawn {
                 let (middle, corner) = (posts.middle, corners[quarter]);

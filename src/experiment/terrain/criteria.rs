@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::measured::worst;
+use super::measured::measured;
 use super::place::{POSITIONS, flight, mountains};
 use crate::experiment::plot::{self, Labels, Series};
 use crate::experiment::report::{Plot, Table, circumstances, thousands};
@@ -51,13 +51,13 @@ fn fly(ground: &Ground, views: &[View], detail: &Detail, share: f64) -> Result<R
     let mut each: [Vec<f64>; 5] = Default::default();
     for view in views {
         let selection = select(ground, view, detail, Workers::One)?;
-        let found = worst(ground, &selection.mesh(ground), view);
+        let found = measured(ground, &selection.mesh(ground), view);
         let us = median_us(SAMPLES, || select(ground, view, detail, Workers::One));
         let numbers = [
             selection.triangles() as f64,
             selection.error_px(),
-            found.pixels,
-            found.metres,
+            found.worst_px,
+            found.worst_m,
             us,
         ];
         for (all, number) in each.iter_mut().zip(numbers) {

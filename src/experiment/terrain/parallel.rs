@@ -7,16 +7,19 @@ use super::place::{mountains, overview};
 use crate::experiment::report::{Table, circumstances, thousands};
 use crate::experiment::timing::{median, seconds};
 use crate::experiment::{Options, Progress, Report, ReportError};
-use crate::terrain::{Criterion, Detail, Workers, refine};
+use crate::geom::View;
+use crate::terrain::{Criterion, Detail, Ground, Layout, Workers, refine};
 
-const SAMPLES: usize = 15;
+const SAMPLES: usize = 41;
 
 struct Row {
+    blocks: usize,
     criterion: Criterion,
     threads: usize,
     splits: usize,
     refine_us: f64,
-    speedup: f64,
+    /// Serial over parallel time: median and quartiles over the turns.
+    speedup: [f64; 3],
     same: bool,
 }
 
@@ -30,74 +33,100 @@ pub(in crate::experiment) fn run(
     let mut counts: Vec<usize> = vec![2, 4, cores];
     counts.sort_unstable();
     counts.dedup();
+    let largest = Layout::with_levels(*field.grid(), Layout::MOST_LEVELS);
     let mut rows = Vec::new();
-    for criterion in [Criterion::Error, Criterion::Vertex] {
-        let detail = Detail {
-            knobs: criterion.share(&criterion.knobs(), 8.0),
-            ..Detail::of(criterion)
-        };
-        let serial = refine(&ground, &view, &detail, Workers::One)?;
-        let levels = 0..ground.layout().levels();
-        let splits = levels.map(|level| serial.splits(level).count()).sum();
-        for &threads in &counts {
-            progress(&format!("{}, {threads} threads", criterion.name()));
-            let pool = ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .map_err(|error| ReportError::Threads(error.to_string()))?;
-            let parallel = || pool.install(|| refine(&ground, &view, &detail, Workers::Pool));
-            let same = parallel()? == serial;
-            // Turn by turn, so that both meet the same neighbours on the machine.
-            let turns = (0..SAMPLES).map(|_| {
-                let (one, _) = seconds(|| refine(&ground, &view, &detail, Workers::One));
-                let (many, _) = seconds(parallel);
-                (one * 1e6, many * 1e6)
-            });
-            let (one, many): (Vec<f64>, Vec<f64>) = turns.unzip();
-            let (one, many) = (median(one), median(many));
-            if threads == counts[0] {
-                rows.push(Row {
-                    criterion,
-                    threads: 1,
-                    splits,
-                    refine_us: one,
-                    speedup: 1.0,
-                    same: true,
-                });
-            }
-            rows.push(Row {
-                criterion,
-                threads,
-                splits,
-                refine_us: many,
-                speedup: one / many,
-                same,
-            });
+    for ground in [&ground, &Ground::cut(&field, &largest)] {
+        for criterion in Criterion::ALL {
+            progress(&format!(
+                "{} blocks, {}",
+                ground.layout().block_count(),
+                criterion.name()
+            ));
+            let detail = Detail {
+                knobs: criterion.share(&criterion.knobs(), 8.0),
+                ..Detail::of(criterion)
+            };
+            rows.extend(timed(ground, &view, &detail, &counts)?);
         }
     }
     Ok(report(&rows, field.grid().count(), cores))
 }
 
+fn timed(
+    ground: &Ground,
+    view: &View,
+    detail: &Detail,
+    counts: &[usize],
+) -> Result<Vec<Row>, ReportError> {
+    let serial = refine(ground, view, detail, Workers::One)?;
+    let levels = 0..ground.layout().levels();
+    let row = |threads, refine_us, speedup, same| Row {
+        blocks: ground.layout().block_count(),
+        criterion: detail.criterion,
+        threads,
+        splits: levels
+            .clone()
+            .map(|level| serial.splits(level).count())
+            .sum(),
+        refine_us,
+        speedup,
+        same,
+    };
+    let mut rows = Vec::new();
+    for &threads in counts {
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|error| ReportError::Threads(error.to_string()))?;
+        let parallel = || pool.install(|| refine(ground, view, detail, Workers::Pool));
+        let same = parallel()? == serial;
+        // Turn by turn, so that both meet the same neighbours on the machine.
+        let turns = (0..SAMPLES).map(|_| {
+            let (one, _) = seconds(|| refine(ground, view, detail, Workers::One));
+            let (many, _) = seconds(parallel);
+            (one * 1e6, many * 1e6)
+        });
+        let (one, many): (Vec<f64>, Vec<f64>) = turns.unzip();
+        let mut ratios: Vec<f64> = one
+            .iter()
+            .zip(&many)
+            .map(|(one, many)| one / many)
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        let speedup = [2, 1, 3].map(|quarters| ratios[SAMPLES * quarters / 4]);
+        if rows.is_empty() {
+            rows.push(row(1, median(one), [1.0; 3], true));
+        }
+        rows.push(row(threads, median(many), speedup, same));
+    }
+    Ok(rows)
+}
+
 fn report(rows: &[Row], posts: usize, cores: usize) -> Report {
     let text = format!(
-        "{} posts in one view, {cores} cores; medians of {SAMPLES}, serial and parallel in turn. \
-         Speed-up against the serial time of the same turns.",
+        "{} posts in one view, in blocks of C's size and in the largest, {cores} cores. Medians of \
+         {SAMPLES}, serial and parallel in turn;\nthe speed-up is the median of the turns' ratios, \
+         with its quartiles.",
         thousands(posts as u64)
     );
     let cells = rows.iter().map(|row| {
-        vec![
+        let mut cells = vec![
+            row.blocks.to_string(),
             row.criterion.name().to_owned(),
             row.threads.to_string(),
             thousands(row.splits as u64),
             format!("{:.0}", row.refine_us),
-            format!("{:.2}", row.speedup),
-            row.same.to_string(),
-        ]
+        ];
+        cells.extend(row.speedup.map(|ratio| format!("{ratio:.2}")));
+        cells.push(row.same.to_string());
+        cells
     });
     let json_rows = rows.iter().map(|row| {
+        let [speedup, low, high] = row.speedup;
         json!({
-            "criterion": row.criterion.name(), "threads": row.threads, "splits": row.splits,
-            "refine_us": row.refine_us, "speedup": row.speedup, "same": row.same,
+            "blocks": row.blocks, "criterion": row.criterion.name(), "threads": row.threads,
+            "splits": row.splits, "refine_us": row.refine_us, "speedup": speedup,
+            "speedup_quartiles": [low, high], "same": row.same,
         })
     });
     Report {
@@ -109,11 +138,14 @@ fn report(rows: &[Row], posts: usize, cores: usize) -> Report {
         }),
         tables: vec![Table {
             columns: vec![
+                "blocks",
                 "criterion",
                 "threads",
                 "splits",
                 "refine_us",
                 "speedup",
+                "lower_quartile",
+                "upper_quartile",
                 "same",
             ],
             rows: cells.collect(),

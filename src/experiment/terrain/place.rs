@@ -1,8 +1,11 @@
 //! The ground that the experiments look at, and where from.
 
+use std::path::Path;
+
 use crate::experiment::city::SEED;
 use crate::experiment::{Options, ReportError};
 use crate::geom::{DVec2, DVec3, DepthRange, Orientation, Projection, View};
+use crate::terrain::read::{Options as ReadOptions, read};
 use crate::terrain::{Grid, Ground, HeightField, Interpolation, Layout};
 
 /// Posts a side unless [`Options::largest`] asks for less.
@@ -21,6 +24,56 @@ pub(super) fn mountains(options: &Options) -> Result<(HeightField, Ground), Repo
     let field = landscape((1 << allowed.ilog2()) + 1)?;
     let ground = Ground::cut(&field, &Layout::new(*field.grid()));
     Ok((field, ground))
+}
+
+/// Elevation files of the folder that `CITYLOD_DATA` names, and the edges of those that do not say
+/// where they lie.
+const REAL: [(&str, Option<[f64; 4]>); 3] = [
+    ("dem/SRTMGL3_colorado_240x144.asc", None),
+    ("dem/pre_runout_DEM.asc", None),
+    ("dem/terrarium_256.png", Some([0.0, 0.0, 7680.0, 7680.0])),
+];
+
+/// Real ground, where there is any: of each file the largest square of 2^k + 1 posts about its
+/// middle, unless there is a hole in it.
+pub(super) fn real() -> Result<Vec<(String, HeightField)>, ReportError> {
+    let mut found = Vec::new();
+    let Some(folder) = std::env::var_os("CITYLOD_DATA") else {
+        return Ok(found);
+    };
+    for (name, bounds) in REAL {
+        let path = Path::new(&folder).join(name);
+        if !path.is_file() {
+            continue;
+        }
+        let options = ReadOptions {
+            bounds,
+            ..ReadOptions::default()
+        };
+        let raster = read(&path, &options)?.to_metres(&path, None)?;
+        let square = square(&raster.field)?;
+        if square.heights().iter().all(|z| !z.is_nan()) {
+            let stem = path.file_stem().unwrap_or_default();
+            found.push((stem.to_string_lossy().into_owned(), square));
+        }
+    }
+    Ok(found)
+}
+
+/// The largest square of 2^k + 1 posts about the middle of a field.
+fn square(field: &HeightField) -> Result<HeightField, ReportError> {
+    let grid = field.grid();
+    let size = [grid.columns(), grid.rows()];
+    let side = (1 << (size[0].min(size[1]) - 1).max(1).ilog2()) + 1;
+    let [column, row] = size.map(|posts| posts.saturating_sub(side) / 2);
+    let origin = DVec2::new(grid.x(column), grid.y(row));
+    let rows = (row..).take(side as usize);
+    let heights = rows.flat_map(|row| {
+        let columns = (column..).take(side as usize);
+        columns.map(move |column| field.height(column, row))
+    });
+    let square = Grid::new(side, side, origin, grid.spacing())?;
+    Ok(HeightField::new(square, heights.collect())?)
 }
 
 /// Mountains, rough at every scale, out of a plain with gentle swells and a lake.
@@ -86,18 +139,7 @@ pub(super) fn flight_of(field: &HeightField, views: u32) -> Result<Vec<View>, Re
             target: DVec3::new(ahead.x, ahead.y, eye.z - 0.1 * eye.distance(ahead)),
             up: DVec3::Z,
         };
-        let projection = Projection::Perspective { fov_y_deg: 60.0 };
-        let depth = DepthRange {
-            near: 1.0,
-            far: None,
-        };
-        Ok(View::new(
-            eye,
-            orientation,
-            projection,
-            depth,
-            [1920, 1080],
-        )?)
+        looking(eye, orientation, 60.0, [1920, 1080])
     };
     (0..views).map(view).collect()
 }
@@ -107,21 +149,26 @@ pub(super) fn overview(field: &HeightField) -> Result<View, ReportError> {
     let grid = field.grid();
     let far = DVec2::new(grid.x(grid.columns() - 1), grid.y(grid.rows() - 1));
     let middle = grid.origin().midpoint(far);
-    let eye = middle.extend(0.7 * grid.origin().distance(far));
+    let known = field.heights().iter().filter(|z| !z.is_nan());
+    let highest = known.fold(0.0_f32, |highest, z| highest.max(*z));
+    let eye = middle.extend(f64::from(highest) + 0.7 * grid.origin().distance(far));
     let orientation = Orientation::LookAt {
         target: middle.extend(0.0),
         up: DVec3::Y,
     };
-    let projection = Projection::Perspective { fov_y_deg: 120.0 };
+    looking(eye, orientation, 120.0, [1920, 1920])
+}
+
+fn looking(
+    eye: DVec3,
+    orientation: Orientation,
+    fov_y_deg: f64,
+    viewport: [u32; 2],
+) -> Result<View, ReportError> {
+    let projection = Projection::Perspective { fov_y_deg };
     let depth = DepthRange {
         near: 1.0,
         far: None,
     };
-    Ok(View::new(
-        eye,
-        orientation,
-        projection,
-        depth,
-        [1920, 1920],
-    )?)
+    Ok(View::new(eye, orientation, projection, depth, viewport)?)
 }

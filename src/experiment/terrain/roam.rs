@@ -1,19 +1,22 @@
 //! ROAM as a yardstick: triangles bisected at the middle of their longest side, down to an error.
 //!
 //! The vertices are those of the quadtree; a vertex needs two others, and what it needs is there.
+//! Its error is that of the two triangles that it halves, over all posts in them and all that is
+//! below: ROAM's wedgies, as thin as they can be.
 //!
 //! Source: Duchaineau et al., "`ROAMing` terrain: real-time optimally adapting meshes", 1997,
 //! with splits forced through the dependencies; Lindstrom and Pascucci, "Terrain simplification
 //! simplified", 2002, for the dependencies.
 
+use super::measured::posts_about;
 use crate::geom::{DVec3, PixelScale, View};
-use crate::terrain::{HeightField, Mesh};
+use crate::terrain::{HeightField, Mesh, height_on};
 
 /// A square field of 2^k + 1 posts a side.
 pub(super) struct Roam<'a> {
     field: &'a HeightField,
     side: u32,
-    /// For each post: its error, m, and that of all that need it.
+    /// For each post: the error, m, of the triangles that it halves, and of all that need it.
     errors: Vec<f32>,
 }
 
@@ -54,7 +57,9 @@ impl<'a> Roam<'a> {
         wanted.map(|at| at.map(|c| c * step)).collect()
     }
 
-    /// The posts that `at`, a middle at this step, needs; and the ends of the line it bends.
+    /// The posts that `at`, a middle at this step, needs, and the ends of the line it bends. With
+    /// that line for their longest side, the triangles that it halves have their right angles at
+    /// the former.
     fn about(&self, at: [u32; 2], step: u32) -> (Needs, [[u32; 2]; 2]) {
         let [x, y] = at.map(i64::from);
         let s = i64::from(step);
@@ -92,13 +97,24 @@ impl<'a> Roam<'a> {
         (y * (self.side + 1) + x) as usize
     }
 
+    /// Largest vertical distance between a triangle and the posts in it.
+    fn distance(&self, triangle: [[u32; 2]; 3]) -> f32 {
+        let heights = triangle.map(|post| f64::from(self.z(post)));
+        let away = posts_about(triangle).filter_map(|post| {
+            let (height, inside) = height_on(triangle, heights, post);
+            inside.then(|| (f64::from(self.z(post)) - height).abs())
+        });
+        away.fold(0.0, f64::max) as f32
+    }
+
     /// Own errors of these posts, and all of it passed on to what they need.
     fn raise(&mut self, posts: &[[u32; 2]], step: u32) {
         for &at in posts {
             let (needs, [a, b]) = self.about(at, step);
-            let own = (self.z(at) - f32::midpoint(self.z(a), self.z(b))).abs();
+            let halved = needs.into_iter().flatten();
+            let own = halved.map(|apex| self.distance([apex, a, b]));
             let index = self.index(at);
-            let error = self.errors[index].max(own);
+            let error = own.fold(self.errors[index], f32::max);
             self.errors[index] = error;
             for needed in needs.into_iter().flatten() {
                 let needed = self.index(needed);

@@ -66,7 +66,11 @@ pub(in crate::experiment) fn run(
         knobs: &knobs,
     };
     progress("the same tiles in every way");
-    let (counts, differing) = flights.compare()?;
+    let Compared {
+        counts,
+        differing,
+        read,
+    } = flights.compare()?;
     let mut fps = Vec::new();
     for way in Way::ALL {
         progress(&format!("tiles by {}", way.name()));
@@ -77,7 +81,22 @@ pub(in crate::experiment) fn run(
         fps: std::array::from_fn(|way| fps[way][leg]),
     });
     let legs: Vec<Leg> = legs.collect();
-    Ok(report(&legs, differing, &memory, field.grid().count()))
+    Ok(report(
+        &legs,
+        differing,
+        read,
+        &memory,
+        field.grid().count(),
+    ))
+}
+
+struct Compared {
+    /// Tiles drawn in each frame.
+    counts: Vec<usize>,
+    /// Frames in which the ways differ in any vertex.
+    differing: usize,
+    /// Tiles read in the order of [`Way::ALL`].
+    read: [u64; 4],
 }
 
 struct Flights<'a> {
@@ -88,8 +107,7 @@ struct Flights<'a> {
 }
 
 impl Flights<'_> {
-    /// Tiles drawn in each frame, and the frames in which the ways differ in any vertex.
-    fn compare(&self) -> Result<(Vec<usize>, usize), ReportError> {
+    fn compare(&self) -> Result<Compared, ReportError> {
         let mut supplies = Way::ALL.map(|way| Supply::new(way, self.pyramid, self.files));
         let mut counts = Vec::new();
         let mut differing = 0;
@@ -101,7 +119,11 @@ impl Flights<'_> {
             counts.push(frames[0].len());
             differing += usize::from(frames.iter().any(|frame| *frame != frames[0]));
         }
-        Ok((counts, differing))
+        Ok(Compared {
+            counts,
+            differing,
+            read: supplies.map(|supply| supply.read()),
+        })
     }
 
     /// Frames a second of each leg: the median of several flights.
@@ -132,14 +154,23 @@ fn spread_pct(numbers: impl Iterator<Item = f64> + Clone) -> f64 {
     })
 }
 
-fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) -> Report {
+fn report(
+    legs: &[Leg],
+    differing: usize,
+    read: [u64; 4],
+    memory: &[memory::Row],
+    posts: usize,
+) -> Report {
     let least = legs.iter().map(Leg::ratio).fold(f64::INFINITY, f64::min);
     let held_spread = spread_pct(memory.iter().map(|row| row.held_bytes as f64));
+    let flying = memory.iter().filter_map(|row| row.flight_bytes);
+    let flight_spread = spread_pct(flying.map(|bytes| bytes as f64));
+    let growth = memory.last().map_or(1.0, |row| row.growth);
     let text = format!(
         "{} posts. Frames a second with tiles in stores by level (A) against tiles read again from\n\
          files of their own: at least {least:.1} times, in the paper {PAPER_RATIO}. The ways differ in\n\
-         {differing} of {} frames. As the ground grows, the memory of the queue (D) changes by\n\
-         {held_spread:.1} %.",
+         {differing} of {} frames. As the ground grows {growth:.1} times, the memory of the queue (D) changes by\n\
+         {held_spread:.1} %, and that of the whole process in flight by {flight_spread:.1} %.",
         thousands(posts as u64),
         legs.len() * FRAMES,
     );
@@ -153,13 +184,14 @@ fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) 
     let maybe = |bytes: Option<u64>| bytes.map_or("-".into(), |bytes| megabytes(bytes as f64));
     let memory_cells = memory.iter().map(|row| {
         vec![
-            row.growth.to_string(),
+            format!("{:.1}", row.growth),
             megabytes(row.bytes as f64),
             thousands(row.tiles),
             row.held.to_string(),
             megabytes(row.held_bytes as f64),
             maybe(row.write_bytes),
             maybe(row.flight_bytes),
+            maybe(row.mapped_bytes),
         ]
     });
     let json_rows = legs.iter().map(|leg| {
@@ -174,6 +206,7 @@ fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) 
             "growth": row.growth, "bytes": row.bytes, "tiles": row.tiles,
             "held_tiles": row.held, "held_bytes": row.held_bytes,
             "write_anonymous_bytes": row.write_bytes, "flight_anonymous_bytes": row.flight_bytes,
+            "flight_mapped_bytes": row.mapped_bytes,
         })
     });
     Report {
@@ -183,8 +216,10 @@ fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) 
             "rows": json_rows.collect::<Vec<_>>(),
             "least_ratio": least,
             "differing_frames": differing,
+            "tiles_read": { "files": read[0], "anew": read[1], "stores": read[2], "queue": read[3] },
             "memory": json_memory.collect::<Vec<_>>(),
             "memory_spread_pct": held_spread,
+            "flight_spread_pct": flight_spread,
             "circumstances": circumstances(&json!({
                 "posts": posts, "positions": POSITIONS, "frames": FRAMES, "share": SHARE,
             })),
@@ -205,7 +240,9 @@ fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) 
             },
             Table {
                 name: "memory",
-                title: "Memory of the queue as the ground grows, MB".into(),
+                title: "Memory as the ground grows, MB: tiles held, the process while writing and flying, \
+                        the file in memory"
+                    .into(),
                 columns: vec![
                     "growth",
                     "file",
@@ -214,6 +251,7 @@ fn report(legs: &[Leg], differing: usize, memory: &[memory::Row], posts: usize) 
                     "held",
                     "writing",
                     "flying",
+                    "mapped",
                 ],
                 rows: memory_cells.collect(),
             },

@@ -69,6 +69,7 @@ pub(super) struct Supply<'a> {
     store: TileStore<Drawn>,
     reach: Reach,
     last_eye: Option<DVec2>,
+    asked: u64,
 }
 
 impl<'a> Supply<'a> {
@@ -89,6 +90,7 @@ impl<'a> Supply<'a> {
                 finest,
             },
             last_eye: None,
+            asked: 0,
         }
     }
 
@@ -101,6 +103,14 @@ impl<'a> Supply<'a> {
     /// What the store has done; nothing where there is none.
     pub(super) fn counts(&self) -> StoreCounts {
         self.store.counts()
+    }
+
+    /// Tiles read from disk so far.
+    pub(super) fn read(&self) -> u64 {
+        match self.way {
+            Way::Files | Way::Anew => self.asked,
+            Way::Stores | Way::Queue => self.store.counts().read,
+        }
     }
 
     /// Follows the eye, where that is the way.
@@ -121,6 +131,7 @@ impl<'a> Supply<'a> {
 
     fn tile(&mut self, node: Node) -> Result<Arc<Drawn>, ReportError> {
         let pyramid = self.pyramid;
+        self.asked += 1;
         Ok(match self.way {
             Way::Files => Arc::new(from_file(pyramid.tiling(), self.files, node)?),
             Way::Anew => Arc::new(drawn(pyramid, node)?),

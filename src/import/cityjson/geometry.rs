@@ -17,11 +17,17 @@ use crate::import::shape::Shape;
 
 /// The class of a city object that does not say what it is.
 const CLASS: &str = "GenericCityObject";
+const NO_LEVEL: &str = "it has no geometry of level of detail";
 
 /// Makes scene objects of city objects over the vertices of one document or feature.
 #[derive(Default)]
 pub(super) struct Objects {
     asked: Option<Lod>,
+    /// Where a level is asked for: the levels of the objects without it, and how many there are.
+    there: Vec<Lod>,
+    without: usize,
+    /// An object has the level asked for.
+    has_asked: bool,
     templates: Templates,
     /// In scene coordinates.
     vertices: Vec<DVec3>,
@@ -78,6 +84,7 @@ impl Objects {
         for member in members {
             self.city_object(root, member, &mut tally, collector);
         }
+        self.has_asked |= tally.taken > 0;
         if self.shape.not_finite() > 0 {
             let what = format!("vertices not finite: {}; left out", self.shape.not_finite());
             warn(root, root.pointer(), what, collector);
@@ -88,17 +95,36 @@ impl Objects {
         }
         let class = root.class.as_deref().unwrap_or(CLASS);
         let attributes = root.attributes.filter(|a| a.get().starts_with('{'));
-        match self.shape.object(
+        let object = self.shape.object(
             CompactString::from(root.id.as_ref()),
             CompactString::from(class),
             attributes.map(ToOwned::to_owned),
-        ) {
-            Some(object) => collector.object(object),
-            None => warn(root, root.pointer(), self.why_none(root, &tally), collector),
+        );
+        if let Some(object) = object {
+            collector.object(object);
+        } else {
+            let what = self.why_none(root, &tally);
+            warn(root, root.pointer(), what, collector);
         }
     }
 
-    fn why_none(&self, root: &CityObject, tally: &Tally) -> String {
+    /// To be called behind the last object of a file.
+    pub(super) fn end(&mut self, collector: &mut Collector) {
+        let Some(asked) = self.asked.as_ref().filter(|_| !self.has_asked) else {
+            return;
+        };
+        if self.without > 0 {
+            self.there.sort_by(Lod::order);
+            let what = format!(
+                "no object has geometry of level of detail {asked}; {}; all {} left out",
+                levels(&self.there),
+                self.without
+            );
+            collector.condense(NO_LEVEL, what);
+        }
+    }
+
+    fn why_none(&mut self, root: &CityObject, tally: &Tally) -> String {
         match &self.asked {
             _ if root.is_group() => format!(
                 "a group without geometry; its {} members are objects of their own",
@@ -108,13 +134,11 @@ impl Objects {
                 "neither it nor a part of it has geometry; left out".into()
             }
             Some(asked) if tally.taken == 0 => {
-                let there: Vec<String> = tally.lods.iter().map(ToString::to_string).collect();
-                let there = if there.is_empty() {
-                    "its geometry states no level".to_owned()
-                } else {
-                    format!("it has {}", there.join(", "))
-                };
-                format!("it has no geometry of level of detail {asked}; {there}; left out")
+                self.without += 1;
+                for lod in &tally.lods {
+                    note(&mut self.there, lod);
+                }
+                format!("{NO_LEVEL} {asked}; {}; left out", levels(&tally.lods))
             }
             _ => "not one of its vertices can be used; left out".into(),
         }
@@ -141,9 +165,7 @@ impl Objects {
         tally.geometries += readable.len();
         if self.asked.is_some() {
             for lod in readable.iter().filter_map(|(_, lod, _)| lod.as_ref()) {
-                if !tally.lods.contains(lod) {
-                    tally.lods.push(lod.clone());
-                }
+                note(&mut tally.lods, lod);
             }
         }
         let lods = readable.iter().filter_map(|(_, lod, _)| lod.as_ref());
@@ -230,6 +252,21 @@ impl Objects {
             )),
             None => Ok(()),
         }
+    }
+}
+
+fn note(lods: &mut Vec<Lod>, lod: &Lod) {
+    if !lods.contains(lod) {
+        lods.push(lod.clone());
+    }
+}
+
+/// The levels there are, for people.
+fn levels(lods: &[Lod]) -> String {
+    let names: Vec<String> = lods.iter().map(ToString::to_string).collect();
+    match names.as_slice() {
+        [] => "no level is stated".into(),
+        names => format!("there is {}", names.join(", ")),
     }
 }
 

@@ -67,7 +67,7 @@ impl Lod {
             .map(|(_, lod)| lod)
     }
 
-    fn order(&self, other: &Self) -> Ordering {
+    pub(super) fn order(&self, other: &Self) -> Ordering {
         match (self, other) {
             (Self::Level(a, x), Self::Level(b, y)) => (a, x).cmp(&(b, y)),
             (Self::Level(..), Self::Named(_)) => Ordering::Greater,

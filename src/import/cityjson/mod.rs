@@ -67,7 +67,10 @@ pub(super) fn read(
         match stream.byte(0)? {
             Some(b'{') => {}
             Some(_) => return Err(stream.malformed(0, "expected a CityJSONFeature, i.e. `{`")),
-            None => return Ok(()),
+            None => {
+                city.made.end(collector);
+                return Ok(());
+            }
         }
         let end = stream.value_end(0)?;
         city.feature(&stream, end, collector)?;

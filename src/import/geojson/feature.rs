@@ -12,6 +12,7 @@ use crate::import::shape::Shape;
 use crate::import::{ImportError, Options, Place};
 
 const CLASS: &str = "Building";
+const NO_HEIGHT: &str = "no height; kept flat";
 
 /// A feature, or a geometry that stands for one.
 #[derive(Deserialize)]
@@ -83,8 +84,10 @@ pub(super) struct Features<'a, 'c> {
     rings: Rings,
     shape: Shape,
     problems: Vec<String>,
-    /// A feature had the property that the caller named.
+    /// A feature had a height.
     has_height: bool,
+    /// How many were kept flat for want of one.
+    flat: usize,
 }
 
 impl<'a, 'c> Features<'a, 'c> {
@@ -98,6 +101,7 @@ impl<'a, 'c> Features<'a, 'c> {
             shape: Shape::default(),
             problems: Vec::new(),
             has_height: false,
+            flat: 0,
         }
     }
 
@@ -138,10 +142,16 @@ impl<'a, 'c> Features<'a, 'c> {
 
     /// To be called behind the last feature.
     pub(super) fn end(&mut self) {
-        if let Some(named) = self.options.height.as_deref().filter(|_| !self.has_height) {
-            let what = format!("no feature has a height in the property {named:?}");
-            self.collector.warn(None, Place::File, what);
+        if self.has_height || self.flat == 0 {
+            return;
         }
+        let wanted = match self.options.height.as_deref() {
+            Some(named) => format!("in the property {named:?}"),
+            None => properties::usual_heights(),
+        };
+        let all = counted(self.flat, "feature");
+        let what = format!("no feature has a height {wanted}; {all} kept flat");
+        self.collector.condense(NO_HEIGHT, what);
     }
 
     /// Warns of a feature of which nothing can be read.
@@ -197,7 +207,8 @@ impl<'a, 'c> Features<'a, 'c> {
             // The positions themselves tell how high it is.
             _ if highest > ground => highest,
             Height::Missing => {
-                self.problems.push("no height; kept flat".into());
+                self.flat += 1;
+                self.problems.push(NO_HEIGHT.into());
                 ground
             }
             Height::Unusable(name, value) => {

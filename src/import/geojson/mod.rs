@@ -179,7 +179,7 @@ fn settle_crs(features: &mut Features, crs: Option<&str>) -> Result<(), ImportEr
         Some("") => features.collector.warn(
             None,
             Place::Pointer("/crs".into()),
-            "names no coordinate reference system; told by the first position instead",
+            "has no name; read as if it were not there",
         ),
         Some(crs) => features.system.state(crs, features.collector)?,
     }

@@ -18,6 +18,12 @@ const CLASSES: [&str; 2] = ["class", "type"];
 /// What OpenStreetMap exports say in `type`: of the element, not of the thing.
 const ELEMENTS: [&str; 5] = ["multipolygon", "boundary", "way", "relation", "node"];
 
+/// Where a height is looked for, for people.
+pub(super) fn usual_heights() -> String {
+    let names = HEIGHTS.join(", ");
+    format!("in {names} or {LEVELS} (--height names another property)")
+}
+
 /// What the properties of a feature say that matters here.
 #[derive(Debug, Default)]
 pub(super) struct Properties<'a> {

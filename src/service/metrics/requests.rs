@@ -8,7 +8,7 @@ use super::count::{Counter, Histogram};
 use super::text::Text;
 
 /// Paths as they are told apart; the last stands for all that there are not.
-const PLACES: [&str; 16] = [
+const PLACES: [&str; 17] = [
     "/",
     "/about",
     "/api",
@@ -24,6 +24,7 @@ const PLACES: [&str; 16] = [
     "/collections/{scene}/items",
     "/collections/{scene}/items/{id}",
     "/collections/{scene}/plan.svg",
+    "/collections/{scene}/ground/{level}/{x}/{y}",
     "other",
 ];
 
@@ -110,6 +111,7 @@ fn place_of(path: &str) -> usize {
         "items" => OF_SCENES + 4,
         _ if wanted.starts_with("items/") => OF_SCENES + 5,
         "plan.svg" => OF_SCENES + 6,
+        _ if wanted.starts_with("ground/") => OF_SCENES + 7,
         _ => other,
     }
 }

@@ -77,7 +77,7 @@ async fn talk(socket: &mut Socket, shared: &Shared, city: Arc<City>) -> End {
     let mut stopping = std::pin::pin!(shared.closed());
     loop {
         while window.is_open()
-            && let Some(text) = session.next(config.max_answer_objects, metrics)
+            && let Some(text) = session.next(config, metrics)
         {
             if let Err(error) = socket.send(Message::text(text)).await {
                 return End::of(&error);

@@ -7,11 +7,12 @@ use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
+use super::super::config::Config;
 use super::super::metrics::StreamMetrics;
 use super::super::problem::{Kind, Problem};
 use super::super::scenes::City;
 use super::super::visible::request::{Form, Output, Request};
-use super::super::visible::{Naming, Resolved, Tail, size_of_ranges, with_frame};
+use super::super::visible::{Lists, Naming, Resolved, Tail, size_of_ranges, with_frame};
 use super::feedback::steered;
 use super::message::{self, Message};
 use crate::control::State;
@@ -165,7 +166,7 @@ impl Session {
     }
 
     fn resolve(&self, said: &Request) -> Result<Resolved, Problem> {
-        said.check_pixels(false, Naming::Pointer)?;
+        said.check_lists(false, false, Naming::Pointer)?;
         said.resolve(self.city.tree().effects(), Naming::Pointer)
     }
 
@@ -200,14 +201,14 @@ impl Session {
     }
 
     /// What is to be sent now, if anything is.
-    pub fn next(&mut self, most_ranges: u32, metrics: &StreamMetrics) -> Option<String> {
+    pub fn next(&mut self, config: &Config, metrics: &StreamMetrics) -> Option<String> {
         if let Some(refusal) = self.refusal.take() {
             return serde_json::to_string(&refusal).ok();
         }
         let due = self.due.take()?;
         let city = Arc::clone(&self.city);
-        let answer = with_frame(&city, &due.asked, |frame| {
-            self.answer(frame, most_ranges, metrics)
+        let answer = with_frame(&city, &due.asked, config, |frame| {
+            self.answer(frame, config.max_answer_objects, metrics)
         });
         match answer {
             Ok(text) => {
@@ -245,7 +246,7 @@ impl Session {
             count: selection.count(),
             add: &self.add,
             remove: &self.remove,
-            tail: Tail::of(frame, false),
+            tail: Tail::of(frame, Lists::default()),
             feedback: self
                 .standing
                 .far_dist

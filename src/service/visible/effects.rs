@@ -8,12 +8,15 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::super::json::{Whole, given, token};
+use super::super::json::{Whole, given, keyword, token};
 use super::super::problem::{Kind, Problem};
 use super::query::Parameter;
 use super::resolve::Naming;
-use crate::frame::{Active, Culling};
-use crate::scene;
+use crate::frame::Active;
+use crate::scene::{self, Criterion};
+
+/// `max_error_px` of terrain in a query, where the name alone is that of error mode.
+const GROUND_ERROR_PX: &str = "ground_error_px";
 
 /// The `effects` of a request.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,6 +24,7 @@ pub struct Effects {
     pub motion: Asked<Motion>,
     pub haze: Asked<Haze>,
     pub occlusion: Asked<Occlusion>,
+    pub terrain: Asked<Terrain>,
     /// A name that no effect has.
     pub unknown: Option<String>,
 }
@@ -57,6 +61,22 @@ pub struct Occlusion {
     pub visible_pixels: bool,
 }
 
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Terrain {
+    #[serde(deserialize_with = "criterion")]
+    pub criterion: Option<Criterion>,
+    #[serde(deserialize_with = "given")]
+    pub max_error_px: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    pub max_triangles: Option<Whole>,
+    pub patches: bool,
+}
+
+fn criterion<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Criterion>, D::Error> {
+    keyword(source, &Criterion::NAMES, &Criterion::VALUES).map(Some)
+}
+
 impl Effects {
     /// Takes a parameter of a query; `false` where it is none of an effect.
     ///
@@ -84,16 +104,37 @@ impl Effects {
                 self.occlusion
                     .set(parameter, |occlusion| occlusion.visible_pixels = listed)?;
             }
+            "criterion" => {
+                let word = parameter.word(&Criterion::NAMES, &Criterion::VALUES)?;
+                self.terrain
+                    .set(parameter, |terrain| terrain.criterion = Some(word))?;
+            }
+            GROUND_ERROR_PX => {
+                let px = parameter.number()?;
+                self.terrain
+                    .set(parameter, |terrain| terrain.max_error_px = Some(px))?;
+            }
+            "max_triangles" => {
+                let most = parameter.whole(parameter.text)?;
+                self.terrain
+                    .set(parameter, |terrain| terrain.max_triangles = Some(most))?;
+            }
+            "patches" => {
+                let listed = parameter.word(&["true", "false"], &[true, false])?;
+                self.terrain
+                    .set(parameter, |terrain| terrain.patches = listed)?;
+            }
             "without" => {
                 for name in parameter.text.split(',') {
                     match name {
                         "motion" => self.motion.switch_off(parameter)?,
                         "haze" => self.haze.switch_off(parameter)?,
                         "occlusion" => self.occlusion.switch_off(parameter)?,
+                        "terrain" => self.terrain.switch_off(parameter)?,
                         _ => {
                             let detail = format!(
-                                "must be motion, haze or occlusion, or several with commas, \
-                                 is {name:?}"
+                                "must be motion, haze, occlusion or terrain, or several with \
+                                 commas, is {name:?}"
                             );
                             return Err(parameter.problem(detail));
                         }
@@ -111,29 +152,47 @@ impl Effects {
     /// 422 for one that it does not declare, and for settings that cannot be.
     pub fn active(&self, declared: &scene::Effects, naming: Naming) -> Result<Active, Problem> {
         if let Some(name) = &self.unknown {
-            return Err(undeclared(name, naming));
+            return Err(undeclared(name, name, naming));
         }
         Ok(Active {
-            culling: Culling::default(),
-            motion: self
-                .motion
-                .of(declared.motion, "motion", naming, |on, said| {
+            motion: self.motion.of(
+                declared.motion,
+                "motion",
+                naming,
+                |_| "speed_mps",
+                |on, said| {
                     let speed = said.speed_mps;
                     if speed >= 0.0 && speed.is_finite() {
                         return Ok((on, speed));
                     }
                     let detail = format!("must be 0 or more and finite, is {speed}");
                     Err(naming.setting("motion/speed_mps", detail))
-                })?,
+                },
+            )?,
             haze: self
                 .haze
-                .of(declared.haze, "haze", naming, |on, _| Ok(on))?,
-            occlusion: self
-                .occlusion
-                .of(declared.occlusion, "occlusion", naming, |on, said| {
-                    said.over(on, naming)
-                })?,
+                .of(declared.haze, "haze", naming, |_| "haze", |on, _| Ok(on))?,
+            occlusion: self.occlusion.of(
+                declared.occlusion,
+                "occlusion",
+                naming,
+                Occlusion::parameter,
+                |on, said| said.over(on, naming),
+            )?,
+            terrain: self.terrain.of(
+                declared.terrain,
+                "terrain",
+                naming,
+                Terrain::parameter,
+                |on, said| said.over(on, naming),
+            )?,
+            ..Active::default()
         })
+    }
+
+    /// Whether the answer is to list the patches of the ground.
+    pub fn patches(&self) -> bool {
+        matches!(self.terrain, Asked::On(said) if said.patches)
     }
 
     /// Whether the answer is to carry the pixels of each object.
@@ -173,11 +232,12 @@ impl<T: Copy + Default> Asked<T> {
         declared: Option<D>,
         name: &str,
         naming: Naming,
+        parameter: impl FnOnce(&T) -> &'static str,
         settled: impl FnOnce(D, T) -> Result<A, Problem>,
     ) -> Result<Option<A>, Problem> {
         match (self, declared) {
             (Self::Off, _) | (Self::Unsaid, None) => Ok(None),
-            (Self::On(_), None) => Err(undeclared(name, naming)),
+            (Self::On(said), None) => Err(undeclared(name, parameter(said), naming)),
             (Self::Unsaid, Some(declared)) => settled(declared, T::default()).map(Some),
             (Self::On(said), Some(declared)) => settled(declared, *said).map(Some),
         }
@@ -185,6 +245,15 @@ impl<T: Copy + Default> Asked<T> {
 }
 
 impl Occlusion {
+    /// The parameter that asks for it.
+    fn parameter(&self) -> &'static str {
+        match (self.width_px, self.min_pixels) {
+            (Some(_), _) => "width_px",
+            (None, Some(_)) => "min_pixels",
+            (None, None) => "visible_pixels",
+        }
+    }
+
     /// The declared settings with those of the request in their place.
     fn over(self, declared: scene::Occlusion, naming: Naming) -> Result<scene::Occlusion, Problem> {
         let occlusion = scene::Occlusion {
@@ -208,9 +277,60 @@ impl Occlusion {
     }
 }
 
-fn undeclared(name: &str, naming: Naming) -> Problem {
+impl Terrain {
+    /// The parameter that asks for it.
+    fn parameter(&self) -> &'static str {
+        match (self.criterion, self.max_error_px, self.max_triangles) {
+            (Some(_), ..) => "criterion",
+            (None, Some(_), _) => GROUND_ERROR_PX,
+            (None, None, Some(_)) => "max_triangles",
+            (None, None, None) => "patches",
+        }
+    }
+
+    /// The declared settings with those of the request in their place.
+    fn over(self, declared: scene::Terrain, naming: Naming) -> Result<scene::Terrain, Problem> {
+        let terrain = scene::Terrain {
+            criterion: self.criterion.unwrap_or(declared.criterion),
+            max_error_px: self.max_error_px.unwrap_or(declared.max_error_px),
+            max_triangles: self.max_triangles.map_or(declared.max_triangles, |m| m.0),
+            ..declared
+        };
+        let refused = |member: &str, detail: String| match naming {
+            Naming::Parameter if member == "terrain/max_error_px" => {
+                Err(naming.problem("effects", GROUND_ERROR_PX, detail))
+            }
+            _ => Err(naming.setting(member, detail)),
+        };
+        let effects = scene::Effects {
+            terrain: Some(terrain),
+            ..scene::Effects::default()
+        };
+        if let Err(error) = effects.check() {
+            let member = error.pointer.unwrap_or_default().trim_start_matches('/');
+            return refused(member, error.reason);
+        }
+        if terrain.max_error_px < declared.max_error_px {
+            let least = declared.max_error_px;
+            let detail = format!("must be at least {least}, which the scene declares");
+            return refused("terrain/max_error_px", detail);
+        }
+        if terrain.max_triangles > declared.max_triangles {
+            let most = declared.max_triangles;
+            let detail = format!("must be at most {most}, which the scene declares");
+            return refused("terrain/max_triangles", detail);
+        }
+        Ok(terrain)
+    }
+}
+
+/// The refusal of an effect, asked for in a query by `parameter`.
+fn undeclared(name: &str, parameter: &str, naming: Naming) -> Problem {
     let detail = format!("the scene does not declare the effect {name:?}");
-    naming.problem("effects", &token(name), detail)
+    match naming {
+        Naming::Pointer => naming.problem("effects", &token(name), detail),
+        Naming::Parameter => naming.problem("effects", parameter, detail),
+    }
 }
 
 impl<'de> Deserialize<'de> for Effects {
@@ -228,6 +348,7 @@ impl<'de> Deserialize<'de> for Effects {
                         "motion" => effects.motion = map.next_value()?,
                         "haze" => effects.haze = map.next_value()?,
                         "occlusion" => effects.occlusion = map.next_value()?,
+                        "terrain" => effects.terrain = map.next_value()?,
                         _ => {
                             map.next_value::<IgnoredAny>()?;
                             effects.unknown = Some(name);

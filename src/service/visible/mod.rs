@@ -20,17 +20,18 @@ pub use answer::{COUNT, REVISION, size_of_ranges};
 pub use feedback::Feedback;
 pub use query::{Parameter, unknown};
 pub use resolve::{Naming, Resolved};
-pub use tail::Tail;
+pub use tail::{Lists, Tail};
 
 use super::body;
+use super::config::Config;
 use super::documents::make;
 use super::json;
 use super::negotiate::{accepted, json_body};
-use super::problem::Problem;
+use super::problem::{Kind, Problem};
 use super::routes::SceneName;
 use super::scenes::City;
 use super::shared::Shared;
-use crate::frame::{Culling, Frame};
+use crate::frame::{Active, Culling, Frame};
 use request::Body;
 
 const JSON: &str = "application/json";
@@ -92,7 +93,7 @@ fn respond(
     if binary {
         request.output.check_binary(naming)?;
     }
-    request.check_pixels(binary, naming)?;
+    request.check_lists(true, binary, naming)?;
     let steered = match &request.feedback {
         Some(feedback) => {
             let (lod, steered) = feedback.steer(&asked.lod, naming)?;
@@ -101,7 +102,7 @@ fn respond(
         }
         None => None,
     };
-    with_frame(city, &asked, |frame| {
+    with_frame(city, &asked, shared.config(), |frame| {
         let (selection, form) = (frame.selection(), request.output.form);
         let size = answer::size(form, binary, selection, shared.config().max_answer_objects)?;
         Ok(if binary {
@@ -110,7 +111,11 @@ fn respond(
             answer::describe(response.headers_mut(), city, selection, steered.as_ref());
             response
         } else {
-            let tail = Tail::of(frame, request.effects.visible_pixels());
+            let lists = Lists {
+                pixels: request.effects.visible_pixels(),
+                patches: request.effects.patches(),
+            };
+            let tail = Tail::of(frame, lists);
             let tail = tail.with_feedback(steered.as_ref());
             let body = make(size, || answer::json(city, form, selection, &tail));
             answer::response(body, HeaderValue::from_static(JSON))
@@ -119,17 +124,44 @@ fn respond(
 }
 
 /// Works out what to draw and makes something of it.
-pub fn with_frame<T>(city: &City, asked: &Resolved, then: impl FnOnce(&Frame) -> T) -> T {
+///
+/// # Errors
+/// 422 where occlusion takes too long, and what `then` says.
+pub fn with_frame<T>(
+    city: &City,
+    asked: &Resolved,
+    config: &Config,
+    then: impl FnOnce(&Frame) -> Result<T, Problem>,
+) -> Result<T, Problem> {
     let Resolved { view, lod, active } = asked;
     let mut frame = FRAME.take();
     let start = Instant::now();
-    let mut work = || frame.work_out(city.tree(), view, lod, active, || start.elapsed());
-    if active.occlusion.is_some() || active.culling == Culling::Exact {
-        make(usize::MAX, work); // as long as there are objects
+    let mut work = |active: &Active| match city.land() {
+        Some(land) => frame.work_out_on(land, city.tree(), view, lod, active, || start.elapsed()),
+        None => frame.work_out(city.tree(), view, lod, active, || start.elapsed()),
+    };
+    let long = active.occlusion.is_some() || active.terrain.is_some();
+    if long || active.culling == Culling::Exact {
+        let patience = Some(config.max_occlusion);
+        let active = Active {
+            patience,
+            ..*active
+        };
+        make(usize::MAX, || work(&active)); // as long as there are objects
     } else {
-        work();
+        work(active);
     }
-    let made = then(&frame);
+    let made = if frame.gave_up() {
+        let ms = config.max_occlusion.as_millis();
+        let count = frame.selection().count();
+        let detail = format!(
+            "occlusion of {count} objects takes longer than {ms} ms (option --max-occlusion-ms): \
+             ask for less detail, a smaller width_px, or switch it off"
+        );
+        Err(Problem::new(Kind::TooCostly, detail))
+    } else {
+        then(&frame)
+    };
     FRAME.set(frame);
     made
 }

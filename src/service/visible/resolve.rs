@@ -237,11 +237,16 @@ impl Lod {
 }
 
 impl Request {
-    /// Refuses pixels beside a list that does not name each object.
+    /// Refuses pixels beside a list that does not name each object, and patches where there is no
+    /// room for them.
     ///
     /// # Errors
     /// 422.
-    pub fn check_pixels(&self, binary: bool, naming: Naming) -> Result<(), Problem> {
+    pub fn check_lists(&self, room: bool, binary: bool, naming: Naming) -> Result<(), Problem> {
+        if self.effects.patches() && (binary || !room) {
+            let detail = "goes with an answer to GET or POST visible as application/json";
+            return Err(naming.setting("terrain/patches", detail));
+        }
         if self.effects.visible_pixels() && (binary || self.output.form == Form::Ranges) {
             let detail = "goes with a list of ids or objects as application/json";
             return Err(naming.setting("occlusion/visible_pixels", detail));

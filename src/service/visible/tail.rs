@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 use super::feedback::Steered;
 use crate::frame::{Frame, Ran};
 use crate::lod::Lod;
+use crate::terrain::Patch;
 
 /// The members that follow the list.
 #[derive(Debug, Serialize)]
@@ -47,6 +48,8 @@ struct EffectsTail<'a> {
     haze: Option<HazeTail>,
     #[serde(skip_serializing_if = "Option::is_none")]
     occlusion: Option<OcclusionTail<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    terrain: Option<TerrainTail<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -72,16 +75,35 @@ struct OcclusionTail<'a> {
 }
 
 #[derive(Debug, Serialize)]
+struct TerrainTail<'a> {
+    patches: u32,
+    triangles: usize,
+    /// JSON has no infinity: null.
+    error_px: Option<f64>,
+    took_us: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    list: Option<Patches<'a>>,
+}
+
+#[derive(Debug, Serialize)]
 struct StatsTail {
     nodes_visited: u32,
     objects_tested: u32,
     retrieve_us: f64,
 }
 
+/// What an answer lists besides the objects, where the effects ran that find it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Lists {
+    /// Of occlusion: the pixels of each object, in the order of the objects.
+    pub pixels: bool,
+    /// Of terrain: the patches of the ground.
+    pub patches: bool,
+}
+
 impl<'a> Tail<'a> {
-    /// Of a frame just worked out. `with_pixels` lists the pixels of each object, in the order of
-    /// the objects, where occlusion ran.
-    pub fn of(frame: &'a Frame, with_pixels: bool) -> Self {
+    /// Of a frame just worked out, with these lists.
+    pub fn of(frame: &'a Frame, lists: Lists) -> Self {
         let selection = frame.selection();
         let effects = frame.effects();
         let [width_px, height_px] = frame.buffer_size();
@@ -101,7 +123,17 @@ impl<'a> Tail<'a> {
                     width_px,
                     height_px,
                     took_us: took_us(&ran),
-                    visible_pixels: with_pixels.then(|| Pixels(frame.visible_pixels())),
+                    visible_pixels: lists.pixels.then(|| Pixels(frame.visible_pixels())),
+                }),
+                terrain: effects.terrain.map(|ran| TerrainTail {
+                    patches: ran.result.patches,
+                    triangles: ran.result.triangles,
+                    error_px: finite(ran.result.error_px),
+                    took_us: took_us(&ran),
+                    list: frame
+                        .surface()
+                        .filter(|_| lists.patches)
+                        .map(|surface| Patches(surface.patches())),
                 }),
             },
             feedback: None,
@@ -151,6 +183,20 @@ struct Pixels<'a>(&'a [(u32, u32)]);
 impl Serialize for Pixels<'_> {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         to.collect_seq(self.0.iter().map(|(_, pixels)| pixels))
+    }
+}
+
+/// Each as `[level, x, y, [fan, …]]`.
+#[derive(Debug)]
+struct Patches<'a>(&'a [Patch]);
+
+impl Serialize for Patches<'_> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(
+            self.0
+                .iter()
+                .map(|Patch { tile, fans }| (tile.level, tile.x, tile.y, fans)),
+        )
     }
 }
 

@@ -1,5 +1,6 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use super::file::Section;
 use crate::terrain::{BlockError, FieldError};
 
 /// Why a `.terrain` file cannot be read or written.
@@ -77,4 +78,14 @@ pub enum PyramidError {
         /// What is wrong with it.
         source: BlockError,
     },
+}
+
+impl PyramidError {
+    pub(super) fn damaged(path: &Path, section: Section, reason: &str) -> Self {
+        Self::Damaged {
+            path: path.to_owned(),
+            section: section.name(),
+            reason: reason.to_owned(),
+        }
+    }
 }

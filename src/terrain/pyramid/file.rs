@@ -24,7 +24,8 @@
 //! level L is 2N + dc + (⌊N/2^L⌋ + dr)·2^(L+1) (A, equation 1), and a tile is found by arithmetic.
 //!
 //! A section's checksum covers it up to the start of the next one, gap included. Tiles have one
-//! each instead, so that one tile is checked without reading the others.
+//! each instead, and the records of a block one more, so that one tile or block is checked without
+//! reading the others.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -33,7 +34,7 @@ use crate::terrain::{Layout, Node, NodeRecord, level_start};
 /// First bytes: not text, and damaged by anything that changes line ends.
 pub(super) const MAGIC: [u8; 8] = *b"\x89CTER\r\n\x1a";
 /// Raised with every change that older programs would misread.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 pub(super) const ALIGNMENT: u64 = 64;
 
 /// What a file holds, in the order it lies there.
@@ -42,11 +43,10 @@ pub(super) const ALIGNMENT: u64 = 64;
 pub(super) enum Section {
     /// UTF-8: coordinate reference system, as `AUTHORITY:CODE`; empty where none was named.
     Crs,
-    /// [`NodeRecord`] (10 f32 and 1 u32: low, high, error, whole, skipped × 4, vertex error,
-    /// deviation, holes) for the
-    /// nodes of levels 0 to h − 1 of each block, block after block.
+    /// [`NodeRecord`] (11 f32 and 1 u32: low, high, margin, error, whole, skipped × 4, vertex error,
+    /// deviation, holes) for the nodes of levels 0 to h − 1 of each block, block after block.
     Records,
-    /// u32 a tile: CRC-32 of its bytes, padding included.
+    /// u32 a tile: CRC-32 of its bytes, padding included; then u32 a block: CRC-32 of its records.
     Sums,
     /// The tiles, coarsest level first, in a level block after block, in a block in the order of
     /// their numbers. f32 heights row by row from the south-west, NaN where unknown, those beyond
@@ -174,12 +174,8 @@ impl Tiling {
     pub fn tiles(&self, level: u32) -> impl Iterator<Item = Node> + use<> {
         let layout = self.layout;
         (0..layout.block_count()).flat_map(move |number| {
-            let (root, side) = (layout.block(number), 1_u32 << level);
-            (0..side * side).map(move |number| Node {
-                level,
-                x: (root.x << level) + number % side,
-                y: (root.y << level) + number / side,
-            })
+            let root = layout.block(number);
+            (0..1_u32 << (2 * level)).map(move |number| root.numbered(level, number))
         })
     }
 
@@ -199,6 +195,11 @@ impl Tiling {
         (self.tile_posts() as u64 * 4).next_multiple_of(ALIGNMENT)
     }
 
+    /// Place of the checksum of a block's records among all checksums.
+    pub(super) fn records_sum(&self, block: usize) -> usize {
+        self.tile_count() as usize + block
+    }
+
     /// Records of one block.
     pub(super) fn block_records(&self) -> usize {
         level_start(self.layout.levels())
@@ -215,7 +216,7 @@ impl Tiling {
             let length = match section {
                 Section::Crs => crs,
                 Section::Records => blocks.checked_mul(self.block_records() as u64 * record)?,
-                Section::Sums => self.tile_count().checked_mul(4)?,
+                Section::Sums => (self.tile_count().checked_add(blocks)?).checked_mul(4)?,
                 Section::Tiles => self.tile_count().checked_mul(self.tile_stride())?,
             };
             *place = (end, length);

@@ -8,6 +8,8 @@ use super::error::PyramidError;
 use super::file::{
     ALIGNMENT, HEAD, Header, MAGIC, Section, TABLE_END, TableEntry, Tiling, VERSION,
 };
+use super::head;
+use crate::file::Replacement;
 use crate::geom::DVec2;
 use crate::terrain::{Block, Grid, HeightField, Layout, Node};
 
@@ -43,8 +45,8 @@ pub fn write(
     let crs = crs.unwrap_or_default();
     let too_long = || io(io::ErrorKind::FileTooLarge.into());
     let (sections, length) = tiling.sections(crs.len() as u64).ok_or_else(too_long)?;
-    let mut temporary = beside(path).map_err(io)?;
-    let file = temporary.as_file_mut();
+    let mut replacement = Replacement::of(path).map_err(io)?;
+    let file = replacement.file();
     file.set_len(length).map_err(io)?;
     put(file, sections[Section::Crs as usize].0, crs.as_bytes()).map_err(io)?;
     let blocks = layout.block_count();
@@ -53,6 +55,9 @@ pub fn write(
         let records = bytemuck::cast_slice(block.records());
         let at = sections[Section::Records as usize].0 + (number * records.len()) as u64;
         put(file, at, records).map_err(io)?;
+        let sum = tiling.records_sum(number) as u64;
+        let at = sections[Section::Sums as usize].0 + sum * 4;
+        put(file, at, &crc32fast::hash(records).to_le_bytes()).map_err(io)?;
         for level in 0..=tiling.finest() {
             write_tiles(file, tiling, &block, layout.block(number), level, &sections)
                 .map_err(io)?;
@@ -60,28 +65,7 @@ pub fn write(
         progress(number + 1, blocks);
     }
     finish(file, tiling, &sections, length).map_err(io)?;
-    file.sync_all().map_err(io)?;
-    temporary.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
-}
-
-/// The file that will be renamed, in the same folder.
-fn beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".citylod-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
-    }
-    // The temporary name, which its error would tell, helps nobody.
-    builder
-        .tempfile_in(folder)
-        .map_err(|error| io::Error::from(error.kind()))
+    replacement.finish().map_err(io)
 }
 
 /// Measures one block. Blocks reach beyond the raster; only the posts within it are asked for.
@@ -183,7 +167,7 @@ fn finish(
         zero: [0; 5],
     };
     head[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));
-    header.checksum = super::head_checksum(&head);
+    header.checksum = head::checksum(&head);
     head[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));
     put(file, 0, &head)
 }

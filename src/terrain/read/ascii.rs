@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::Options;
 use super::error::{Place, ReadError};
-use super::raster::{Raster, assumed, count, field, grid};
+use super::raster::{Raster, assumed, count, field, grid, reserved};
 use crate::terrain::Grid;
 
 /// What the format says where the header does not.
@@ -161,7 +161,7 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
             value as f32
         }
     };
-    let mut heights = Vec::with_capacity(posts);
+    let mut heights = reserved(path, posts)?;
     heights.extend(first.map(height));
     let mut last_line = first_line;
     while heights.len() < posts {

@@ -85,9 +85,20 @@ pub enum ReadError {
         /// The most there may be.
         most: u64,
     },
+    /// No memory for it.
+    #[error(
+        "{}: takes {bytes} bytes of memory, more than there are; cut the raster or make it coarser",
+        path.display()
+    )]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// What its posts take.
+        bytes: u64,
+    },
     /// The raster lies in another system than it is asked for.
     #[error(
-        "{}: lies in {found}, not in {wanted}; reproject it, for example with gdalwarp -t_srs {wanted}",
+        "{}: lies in {found}, not in {wanted}, and there is no way from one to the other here; reproject it, for example with gdalwarp -t_srs '{target}'",
         path.display()
     )]
     CrsMismatch {
@@ -97,6 +108,23 @@ pub enum ReadError {
         found: String,
         /// The system it is needed in.
         wanted: String,
+        /// What to call the plane of that system elsewhere.
+        target: String,
+    },
+    /// The raster is far away from where the system that it is asked for is good.
+    #[error(
+        "{}: lies at longitudes {west:.2} to {east:.2}, too far from where {system}, the city's system, is good; take elevation of the city's surroundings, or cut this to them, for example with gdalwarp -te",
+        path.display()
+    )]
+    Beyond {
+        /// The file.
+        path: PathBuf,
+        /// Its westernmost longitude, degrees.
+        west: f64,
+        /// Its easternmost.
+        east: f64,
+        /// The system.
+        system: String,
     },
     /// The numbers make no height field.
     #[error("{}: {source}", path.display())]

@@ -14,7 +14,7 @@ use tiff::{ColorType, TiffError};
 use super::Options;
 use super::error::{Place, ReadError};
 use super::geokeys::{self, Georeference};
-use super::raster::{Raster, count, field};
+use super::raster::{Raster, count, field, reserved, turn_rows};
 
 /// No compression known here packs more: LZW reaches 2,700 times, deflate 1,032 times.
 const MOST_PACKED: u64 = 4096;
@@ -49,7 +49,8 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
     let mut decoder = decoder.with_limits(limits(posts, bits, length));
     let wanted = options.crs.as_deref();
     let place = geokeys::read(path, &mut decoder, columns, rows, wanted)?;
-    let mut heights = vec![f32::NAN; posts];
+    let mut heights = reserved(path, posts)?;
+    heights.resize(posts, f32::NAN);
     for chunk in (0..chunks.count).filter(|&chunk| chunks.bytes[chunk as usize] > 0) {
         let at_chunk = |e| refused(path, Place::Chunk(chunk), e);
         let (width, height) = decoder.chunk_data_dimensions(chunk);
@@ -78,9 +79,7 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
     }
     if place.from_south {
         // The field turns rows from the north around, so these are turned twice.
-        let columns = columns as usize;
-        let turned: Vec<f32> = heights.rchunks_exact(columns).flatten().copied().collect();
-        heights = turned;
+        turn_rows(&mut heights, columns as usize);
     }
     Ok(Raster {
         field: field(path, place.grid, heights)?,

@@ -4,7 +4,7 @@
 //! one post at the cell's centre; what the file calls no data becomes NaN. Memory is bounded by
 //! what the file is long enough to hold: sizes are believed only after that check.
 //!
-//! [`Raster::to_metres`] turns longitudes and latitudes into metres.
+//! [`Raster::to_metres`] turns longitudes and latitudes into metres, and one plane into another.
 
 mod ascii;
 mod error;
@@ -14,6 +14,7 @@ mod hgt;
 mod metres;
 mod png;
 mod raster;
+mod system;
 
 use std::path::Path;
 

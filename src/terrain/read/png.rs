@@ -12,7 +12,7 @@ use ::png::{BitDepth, ColorType, Decoder, Transformations};
 
 use super::Options;
 use super::error::{Place, ReadError};
-use super::raster::{Raster, assumed, count, field, grid};
+use super::raster::{Raster, assumed, count, field, grid, reserved};
 use crate::terrain::Grid;
 
 /// How heights are coded. Heights of the Earth tell the two apart by red: up to 2 in the one,
@@ -26,6 +26,14 @@ pub enum Encoding {
 }
 
 impl Encoding {
+    /// What it is called.
+    fn name(self) -> &'static str {
+        match self {
+            Self::TerrainRgb => "terrain-rgb",
+            Self::Terrarium => "terrarium",
+        }
+    }
+
     fn height(self, [r, g, b]: [u8; 3]) -> f32 {
         let (r, g, b) = (f64::from(r), f64::from(g), f64::from(b));
         (match self {
@@ -75,8 +83,9 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
         let reason = format!("{columns} x {rows} pixels do not fit into {length} bytes");
         return Err(malformed(reason));
     }
-    let bytes = reader.output_buffer_size();
-    let mut pixels = vec![0; bytes.unwrap_or(posts * channels)];
+    let bytes = reader.output_buffer_size().unwrap_or(posts * channels);
+    let mut pixels = reserved(path, bytes)?;
+    pixels.resize(bytes, 0);
     reader
         .next_frame(&mut pixels)
         .map_err(|e| malformed(e.to_string()))?;
@@ -86,21 +95,30 @@ pub(super) fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> 
         .chunks_exact(channels)
         .filter(opaque)
         .map(|pixel| pixel[0]);
-    let told = options.encoding.or_else(|| Encoding::told_by(reds));
-    let encoding = told.ok_or_else(|| {
+    let told = Encoding::told_by(reds);
+    if let (Some(said), Some(told)) = (options.encoding, told)
+        && said != told
+    {
+        let (said, told) = (said.name(), told.name());
+        return Err(malformed(format!(
+            "its reds are those of {told}; as {said} its heights would be none of the Earth; leave --encoding out, or give --encoding {told}"
+        )));
+    }
+    let encoding = options.encoding.or(told).ok_or_else(|| {
         malformed("its reds are those of neither coding of the Earth's heights; give --encoding terrain-rgb or terrarium".into())
     })?;
-    let heights = pixels.chunks_exact(channels).map(|pixel| {
+    let mut heights = reserved(path, posts)?;
+    heights.extend(pixels.chunks_exact(channels).map(|pixel| {
         if opaque(&pixel) {
             encoding.height([pixel[0], pixel[1], pixel[2]])
         } else {
             f32::NAN
         }
-    });
+    }));
     let grid = place(path, options, columns, rows)?;
     let (units, crs) = assumed(options.crs.as_deref(), &grid);
     Ok(Raster {
-        field: field(path, grid, heights.collect())?,
+        field: field(path, grid, heights)?,
         crs,
         units,
     })

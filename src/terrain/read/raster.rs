@@ -55,18 +55,35 @@ pub(super) fn grid(
     grid.map_err(|source| no_field(path, source))
 }
 
+/// An empty list with room for so many values, if there is.
+pub(super) fn reserved<T>(path: &Path, count: usize) -> Result<Vec<T>, ReadError> {
+    let mut values = Vec::new();
+    match values.try_reserve_exact(count) {
+        Ok(()) => Ok(values),
+        Err(_full) => Err(ReadError::Memory {
+            path: path.to_owned(),
+            bytes: count as u64 * size_of::<T>() as u64,
+        }),
+    }
+}
+
 /// Turns rows from the north into a field, whose rows run from the south.
 pub(super) fn field(
     path: &Path,
     grid: Grid,
     mut from_north: Vec<f32>,
 ) -> Result<HeightField, ReadError> {
-    let (columns, rows) = (grid.columns() as usize, grid.rows() as usize);
-    for row in 0..rows / 2 {
-        let (north, south) = from_north.split_at_mut((rows - 1 - row) * columns);
-        north[row * columns..(row + 1) * columns].swap_with_slice(&mut south[..columns]);
-    }
+    turn_rows(&mut from_north, grid.columns() as usize);
     HeightField::new(grid, from_north).map_err(|source| no_field(path, source))
+}
+
+/// Puts the last row first.
+pub(super) fn turn_rows(heights: &mut [f32], columns: usize) {
+    let rows = heights.len() / columns;
+    for row in 0..rows / 2 {
+        let (above, below) = heights.split_at_mut((rows - 1 - row) * columns);
+        above[row * columns..(row + 1) * columns].swap_with_slice(&mut below[..columns]);
+    }
 }
 
 fn no_field(path: &Path, source: FieldError) -> ReadError {

@@ -1,3 +1,5 @@
+use std::time::Duration;
+
 use citylod::geom::DVec3;
 use citylod::index::{self, LodTree, Promotion};
 use citylod::scene::{CityParams, Effects, generate};
@@ -141,6 +143,28 @@ fn pixels_are_those_of_the_listed_objects() {
 }
 
 #[test]
+fn occlusion_that_takes_too_long_is_refused() {
+    let hasty = || {
+        let mut scenes = Scenes::new();
+        scenes.insert("weather", city(DECLARED)).unwrap();
+        let config = Config {
+            max_occlusion: Duration::ZERO,
+            ..Config::default()
+        };
+        Running::of(scenes, config, |app| app)
+    };
+    let service = hasty();
+    let reply = ask(&service, "weather", &json!({}));
+    assert_eq!(reply.status, 422, "{:?}", reply.json());
+    let problem = reply.json();
+    assert_eq!(problem["type"], "/#too-costly");
+    let detail = problem["detail"].as_str().unwrap();
+    assert!(detail.contains("--max-occlusion-ms"), "{detail}");
+    let off = ask(&service, "weather", &json!({"occlusion": false}));
+    assert_eq!(off.status, 200);
+}
+
+#[test]
 fn what_cannot_be_asked_for_is_named() {
     let service = service();
     let undeclared = "does not declare";
@@ -233,4 +257,26 @@ fn what_cannot_be_asked_for_is_named() {
         let named = [&problem["pointer"], &problem["parameter"]];
         assert!(named.contains(&&json!(place)), "{query}: {problem}");
     }
+}
+
+/// As no other part of a query is at fault.
+#[test]
+fn what_is_not_declared_is_refused_by_the_parameter() {
+    let service = service();
+    for (query, place) in [
+        ("speed_mps=3", "speed_mps"),
+        ("width_px=64", "width_px"),
+        ("min_pixels=2", "min_pixels"),
+        ("visible_pixels=true", "visible_pixels"),
+        ("visible_pixels=true&width_px=64", "width_px"),
+    ] {
+        let reply = service.get(&format!("/collections/clear/{QUERY}&{query}"));
+        assert_eq!(reply.status, 422, "{query}");
+        let problem = reply.json();
+        assert_eq!(problem["pointer"], place, "{query}");
+        let detail = problem["detail"].as_str().unwrap();
+        assert!(detail.contains("does not declare"), "{query}: {detail}");
+    }
+    let same = service.get(&format!("/collections/clear/{QUERY}&without=haze"));
+    assert_eq!(same.status, 200);
 }

@@ -8,6 +8,8 @@ mod description;
 mod effects;
 /// The controller over HTTP: settles, refuses, and keeps nothing.
 mod feedback;
+/// The ground over HTTP: tiles, patches, and what is refused.
+mod ground;
 /// Limits on size, time and number; panics; stopping.
 mod limits;
 /// What malformed requests get, and where the document says the fault is.

@@ -1,9 +1,10 @@
 use citylod::terrain::{
-    Block, BlockError, Ground, HeightField, Layout, Node, NodeRecord, QUARTERS, child_number,
+    Block, BlockError, Criterion, Detail, Ground, HeightField, Layout, Node, NodeRecord, QUARTERS,
+    State, Workers, child_number, refine,
 };
 use rayon::prelude::*;
 
-use super::places::{made_up, rng};
+use super::places::{from_above, made_up, rng};
 
 fn grounds() -> impl ParallelIterator<Item = (HeightField, Ground)> {
     (0..60_u64).into_par_iter().map(|seed| {
@@ -57,7 +58,8 @@ fn no_number_of_a_record_grows_from_parent_to_child() {
                         .iter()
                         .all(|skipped| *skipped <= record.error)
                 );
-                assert!(record.whole <= record.error);
+                assert!(record.whole <= record.error && record.error <= record.margin);
+                assert!(child.margin <= record.margin);
                 assert!(child.deviation <= record.deviation);
             }
         }
@@ -143,6 +145,7 @@ fn arrays_that_are_no_block_are_refused() {
     ));
     for spoil in [
         |r: &mut NodeRecord| r.error = f32::NAN,
+        |r: &mut NodeRecord| r.margin = -0.5,
         |r: &mut NodeRecord| r.deviation = -1.0,
         |r: &mut NodeRecord| r.low = f32::NAN,
         |r: &mut NodeRecord| r.high = f32::INFINITY,
@@ -160,4 +163,33 @@ fn arrays_that_are_no_block_are_refused() {
         refused(records, heights),
         BlockError::Number { index: 7, .. }
     ));
+}
+
+/// Nodes that nobody should ask for are answered as no ground.
+#[test]
+fn nodes_beyond_the_ground_are_nothing() {
+    let field = made_up(&mut rng(1));
+    let ground = Ground::cut(&field, &Layout::with_levels(*field.grid(), 3));
+    let view = from_above(&field, 2.0);
+    let detail = Detail::of(Criterion::Error);
+    let cut = refine(&ground, &view, &detail, Workers::One).unwrap();
+    for (level, x) in [
+        (0, 1000),
+        (3, 0),
+        (4, 0),
+        (31, 7),
+        (32, 7),
+        (u32::MAX, u32::MAX),
+    ] {
+        let node = Node { level, x, y: 0 };
+        let posts = ground.layout().posts(node);
+        assert!(posts.last[0] < field.grid().columns());
+        assert_eq!(cut.state(node), State::Unreached);
+        if level != 3 {
+            assert_eq!(ground.record(node), NodeRecord::NOTHING);
+            assert!(ground.height(node, [0, 0]).is_nan());
+        }
+        assert!(ground.layout().side_m(level) > 0.0);
+    }
+    assert_eq!(cut.splits(3).count() + cut.splits(u32::MAX).count(), 0);
 }

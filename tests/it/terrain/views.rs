@@ -72,7 +72,7 @@ fn laws_hold(rng: &mut Pcg64Mcg, field: &HeightField, ground: &Ground) {
 
 #[test]
 fn made_up_ground_is_watertight_covered_once_and_as_wrong_as_certified() {
-    (0..800_u64).into_par_iter().for_each(|seed| {
+    (0..1_000_u64).into_par_iter().for_each(|seed| {
         let mut rng = rng(seed);
         let field = made_up(&mut rng);
         let ground = cut(&mut rng, &field);
@@ -93,10 +93,16 @@ fn real_ground_is_watertight_covered_once_and_as_wrong_as_certified() {
     });
 }
 
+/// Level ground and slopes, which are as flat.
 #[test]
 fn flat_ground_is_two_triangles_a_block() {
-    for size in [[2, 2], [17, 17], [65, 33], [100, 100], [130, 257]] {
-        let field = flat(size);
+    let slope = |size| {
+        field(size, DVec2::ZERO, DVec2::splat(10.0), |x, y| {
+            x as f32 * 0.5 - y as f32 * 0.25
+        })
+    };
+    let sizes = [[2, 2], [17, 17], [65, 33], [100, 100], [130, 257]];
+    for field in sizes.map(flat).into_iter().chain(sizes.map(slope)) {
         for levels in 4..=7 {
             let ground = Ground::cut(&field, &Layout::with_levels(*field.grid(), levels));
             for criterion in Criterion::ALL {
@@ -148,6 +154,7 @@ fn selections_shrink_with_the_knobs_and_with_distance() {
                     fewer(&|knobs| knobs.c1 *= 2.0);
                     fewer(&|knobs| knobs.c2 *= 2.0);
                     fewer(&|knobs| knobs.speed_mps = (knobs.speed_mps * 2.0).max(1.0));
+                    fewer(&|knobs| knobs.threshold /= 2.0);
                 }
                 Criterion::Vertex => {
                     fewer(&|knobs| knobs.threshold /= 2.0);

@@ -1,6 +1,7 @@
 /** The panel: figures with their history, the knobs, colours and effects. */
 
 import type { Answer, Collection, Mode } from '../api';
+import type { Figures } from '../ground';
 import type { Way } from '../link';
 import type { Knobs, Levels } from '../knobs';
 import { countWithin } from '../ranges';
@@ -12,7 +13,7 @@ const EFFECTS: Record<string, { label: string; title: string }> = {
   motion: { label: 'Motion', title: 'Less detail while the camera moves fast' },
   haze: { label: 'Haze', title: 'Nothing beyond the visibility range' },
   occlusion: { label: 'Occlusion', title: 'Nothing that is hidden behind nearer objects' },
-  terrain: { label: 'Terrain', title: 'The ground as patches' },
+  terrain: { label: 'Terrain', title: 'The ground as it is, finer where it is near' },
 };
 
 const hex = (colour: number) => `#${colour.toString(16).padStart(6, '0')}`;
@@ -24,6 +25,7 @@ export class Panel {
   readonly objects = new Meter('objects', 'Objects', '', 'Objects drawn', grouped);
   readonly error = new Meter('error', 'Error bound', 'px', 'Nothing left out of the view for its distance or size is larger on the screen', short);
   private readonly effects = h('div', { class: 'group' });
+  private readonly note = h('small', { hidden: true });
   private readonly legend = h('ul', { class: 'legend' });
   private readonly status = h('p', { class: 'status', role: 'status' });
   private readonly parts;
@@ -61,7 +63,7 @@ export class Panel {
         h('div', { class: 'group', 'data-mode': 'budget' }, p.budget.element),
       ),
       h('section', {}, h('h2', {}, 'Colours'), p.tint.element, this.legend),
-      h('section', {}, h('h2', {}, 'Picture'), p.shadows.element, this.effects),
+      h('section', {}, h('h2', {}, 'Picture'), p.shadows.element, this.effects, this.note),
       h('footer', {}, this.status, links),
     );
     this.element = h('aside', { class: 'panel card', 'aria-label': 'Figures and knobs' }, meters, more, this.sheet);
@@ -139,6 +141,14 @@ export class Panel {
       }
       this.legend.replaceChildren(...rows);
     }
+  }
+
+  /** Says what is drawn of the ground. */
+  tell(ground: Figures | undefined): void {
+    const within = ground && (ground.error_px === null ? '' : `, within ${short(ground.error_px)} px`);
+    const text = ground ? `${grouped(ground.triangles)} triangles of ground${within}` : '';
+    if (this.note.textContent !== text) this.note.textContent = text;
+    this.note.hidden = text === '';
   }
 
   /** Says how the service is reached and what the last answer took. */

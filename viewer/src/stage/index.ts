@@ -15,9 +15,11 @@ import {
 } from 'three';
 import type { Vec3 } from '../api';
 import { classColours, LEVELS, type Tint } from '../colours';
+import type { Surface } from '../ground/surface';
 import { Frozen } from './frozen';
 import { CLASSES, type Instances } from './instances';
 import { DAY, NIGHT } from './palette';
+import * as relief from './relief';
 import * as shader from './shaders';
 import { type Sample, software, Timing } from './timing';
 
@@ -51,6 +53,11 @@ export class Stage {
   private readonly timing: Timing;
   private readonly boxes: Mesh;
   private readonly shadows: Mesh;
+  /** Level ground, and ground as it is; one of them is drawn. */
+  private readonly plane: Mesh;
+  private readonly relief: Mesh;
+  /** Meets the ground as it is. */
+  private slope: ((eye: Vec3, way: Vec3) => number | undefined) | undefined;
   private instances: Instances | undefined;
   /** Shared by all materials: a change is seen by all. */
   private readonly uniforms = {
@@ -82,6 +89,7 @@ export class Stage {
     uKinds: { value: Array.from({ length: CLASSES }, () => new Color(0xe6e0d6)) },
     uLevels: { value: Array.from({ length: 8 }, (_, k) => new Color(LEVELS[k])) },
     uHeights: { value: Array.from({ length: 6 }, () => new Color()) },
+    ...relief.reliefUniforms,
   };
   private lowest = 0;
 
@@ -101,9 +109,15 @@ export class Stage {
     const empty = new BufferGeometry();
     this.boxes = this.part(empty, shader.boxVertex, shader.boxFragment, 0);
     this.shadows = this.part(empty, shader.shadowVertex, shader.shadowFragment, 2);
-    this.part(square, shader.groundVertex, shader.groundFragment, 1);
+    this.plane = this.part(square, shader.groundVertex, shader.groundFragment, 1);
+    this.relief = this.part(empty, relief.reliefVertex, relief.reliefFragment, 1);
     this.part(triangle, shader.skyVertex, shader.skyFragment, 3);
-    for (const part of [this.boxes, this.shadows]) part.visible = false;
+    // What lies flat on the ground is seen, not fought with.
+    const slope = this.relief.material as RawShaderMaterial;
+    slope.polygonOffset = true;
+    slope.polygonOffsetFactor = 1;
+    slope.polygonOffsetUnits = 4;
+    for (const part of [this.boxes, this.shadows, this.relief]) part.visible = false;
     // Shadows lie on the ground: drawn just before it, as seen by the depth buffer.
     const shadow = this.shadows.material as RawShaderMaterial;
     shadow.polygonOffset = true;
@@ -121,6 +135,15 @@ export class Stage {
     for (const part of [this.boxes, this.shadows]) part.geometry = instances.geometry;
     this.boxes.visible = true;
     classColours(classes).slice(0, CLASSES).forEach((hex, k) => this.uniforms.uKinds.value[k]!.set(hex));
+  }
+
+  /** Draws this ground; level ground where there is none. `meet` tells how far a way to it is. */
+  ground(surface: Surface | undefined, meet?: (eye: Vec3, way: Vec3) => number | undefined): void {
+    if (this.relief.visible) this.relief.geometry.dispose();
+    this.relief.visible = surface !== undefined;
+    this.plane.visible = !surface;
+    this.slope = surface && meet;
+    if (surface) this.relief.geometry = relief.geometry(surface.positions, surface.normals, surface.triangles);
   }
 
   /** Where the ground is. */
@@ -162,6 +185,7 @@ export class Stage {
     to.uPickColour.value.copy(from.pick);
     from.heights.forEach((colour, k) => to.uHeights.value[k]!.copy(colour));
     this.frozen.colour(from.ring);
+    relief.colour(on);
   }
 
   tint(tint: Tint): void {
@@ -232,7 +256,8 @@ export class Stage {
     const way = new Vector3(x, y, 0.5).unproject(this.camera).sub(position).normalize();
     const hit = this.instances?.meet(position.toArray(), way.toArray());
     const down = (this.lowest - position.z) / way.z;
-    const ground = down > 0 ? down : Infinity;
+    const level = down > 0 ? down : Infinity;
+    const ground = this.slope ? (this.slope(position.toArray(), way.toArray()) ?? Infinity) : level;
     const along = Math.min(hit?.along ?? Infinity, ground);
     if (!Number.isFinite(along)) return undefined;
     const object = hit && hit.along <= ground ? this.instances?.object(hit.slot) : undefined;

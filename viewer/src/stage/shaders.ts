@@ -5,7 +5,7 @@
  * Colours are mixed as they are shown, in sRGB, and curves are ratios, not powers: a processor that
  * stands in for a graphics card draws this too.
  */
-const AIR = /* glsl */ `
+export const AIR = /* glsl */ `
 precision highp float;
 uniform vec3 uEye, uSun, uZenith, uHorizon, uGlow;
 uniform float uAir;
@@ -26,7 +26,7 @@ vec4 air(vec3 from) {
 `;
 
 /** The ground's own colour: a grid of 100 m and 1 km, and rings where levels end. */
-const GROUND = /* glsl */ `
+export const GROUND = /* glsl */ `
 uniform vec3 uGround, uLine, uRing, uRingEye;
 uniform float uRings[8], uRingShow;
 float lines(vec2 p, float step_) {

@@ -1,0 +1,55 @@
+//! What is said of a failure.
+
+use std::error::Error;
+use std::io::{self, ErrorKind};
+
+/// The error and its causes. One that only repeats its own cause with more words, such as the
+/// temporary name a file was written under, is passed over.
+pub(super) fn told(error: &anyhow::Error) -> String {
+    let mut writing = false;
+    let texts: Vec<String> = error
+        .chain()
+        .map(|cause| {
+            let text = text(cause, writing);
+            writing |= text.ends_with("cannot write");
+            text
+        })
+        .collect();
+    let told = (0..texts.len()).filter(|&at| match texts.get(at + 1) {
+        Some(cause) => at == 0 || !texts[at].starts_with(cause.as_str()),
+        None => at == 0 || !texts[at - 1].ends_with(texts[at].as_str()),
+    });
+    told.map(|at| texts[at].as_str())
+        .collect::<Vec<_>>()
+        .join(": ")
+}
+
+fn text(error: &(dyn Error + 'static), writing: bool) -> String {
+    match error.downcast_ref::<io::Error>() {
+        Some(io) if io.get_ref().is_none() => plain(io, writing),
+        _ => error.to_string(),
+    }
+}
+
+/// What the system says, in words that tell the way out.
+fn plain(error: &io::Error, writing: bool) -> String {
+    match error.kind() {
+        ErrorKind::NotFound if writing => "there is no such folder; make it first".into(),
+        ErrorKind::NotFound => "there is no such file".into(),
+        ErrorKind::PermissionDenied => {
+            "the system does not permit it; `ls -l` tells who may".into()
+        }
+        ErrorKind::IsADirectory => "it is a folder; name a file".into(),
+        ErrorKind::NotADirectory => "a part of its path is a file, not a folder".into(),
+        ErrorKind::StorageFull => "the disk is full".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// Whether what was printed is read no further.
+pub(super) fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<io::Error>())
+        .any(|io| io.kind() == ErrorKind::BrokenPipe)
+}

@@ -1,0 +1,112 @@
+//! Where the files of one import lie, and whether that can be one city.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::{ImportError, Place, Warning};
+use crate::geom::Aabb;
+
+/// Files that lie farther apart than this are worth a word, m.
+const FAR_M: f64 = 10_000.0;
+/// Files that lie farther apart than this are no city, m.
+const TOO_FAR_M: f64 = 100_000.0;
+
+/// The files so far.
+#[derive(Debug, Default)]
+pub(super) struct Extents(Vec<Extent>);
+
+#[derive(Debug)]
+struct Extent {
+    path: Arc<PathBuf>,
+    /// It says which system it lies in.
+    stated: bool,
+    bounds: Aabb,
+}
+
+impl Extents {
+    pub(super) fn begin(&mut self, path: Arc<PathBuf>) {
+        self.0.push(Extent {
+            path,
+            stated: false,
+            bounds: Aabb::EMPTY,
+        });
+    }
+
+    /// The current file says which system it lies in.
+    pub(super) fn state(&mut self) {
+        if let Some(file) = self.0.last_mut() {
+            file.stated = true;
+        }
+    }
+
+    /// The current file has an object there.
+    pub(super) fn add(&mut self, bounds: &Aabb) {
+        if let Some(file) = self.0.last_mut() {
+            file.bounds = file.bounds.union(bounds);
+        }
+    }
+
+    /// A warning for each file of which it is not sure that it lies in the system of the others,
+    /// which is `crs` where one of them states it.
+    ///
+    /// # Errors
+    /// [`ImportError::FarApart`] where it is sure that it does not.
+    pub(super) fn doubts(&self, crs: Option<&str>) -> Result<Vec<Warning>, ImportError> {
+        let mut doubts = Vec::new();
+        for (at, file) in self.0.iter().enumerate() {
+            if file.stated || file.bounds.is_empty() {
+                continue;
+            }
+            // Those that say where they lie, if any do, tell where the others should.
+            let known = self.0.iter().enumerate().filter(|(other_at, other)| {
+                !other.bounds.is_empty()
+                    && if crs.is_some() {
+                        other.stated
+                    } else {
+                        *other_at < at
+                    }
+            });
+            let nearest = known
+                .map(|(_, other)| (apart(&file.bounds, &other.bounds), other))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let far = nearest.filter(|(apart, _)| *apart > FAR_M);
+            let km = |apart: f64| (apart / 1000.0).round();
+            if let Some((apart, other)) = far
+                && apart > TOO_FAR_M
+            {
+                return Err(ImportError::FarApart {
+                    path: file.path.to_path_buf(),
+                    other: other.path.to_path_buf(),
+                    km: km(apart),
+                });
+            }
+            let far = far.map(|(apart, other)| {
+                format!("it lies {} km from {}", km(apart), other.path.display())
+            });
+            let what = match (crs, far) {
+                (Some(crs), far) => format!(
+                    "states no coordinate reference system; taken to lie in {crs} like the other \
+                     files{}",
+                    far.map_or(String::new(), |far| format!("; {far}"))
+                ),
+                (None, Some(far)) => format!(
+                    "{far}, and neither states a coordinate reference system; taken to lie in one"
+                ),
+                (None, None) => continue,
+            };
+            doubts.push(Warning {
+                path: Arc::clone(&file.path),
+                object: None,
+                place: Place::File,
+                what,
+            });
+        }
+        Ok(doubts)
+    }
+}
+
+/// Distance on the map, m.
+fn apart(a: &Aabb, b: &Aabb) -> f64 {
+    let gap = (a.min() - b.max()).max(b.min() - a.max());
+    gap.truncate().max(glam::DVec2::ZERO).length()
+}

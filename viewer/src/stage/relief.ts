@@ -1,0 +1,56 @@
+/** The ground as it is drawn where it is not level. */
+
+import { BufferAttribute, BufferGeometry, Color } from 'three';
+import { AIR, GROUND } from './shaders';
+
+/** Level country and steep, by day and by night. */
+const DAY = [new Color(0xcbcfbe), new Color(0xb8ab9c)] as const;
+const NIGHT = [new Color(0x1a2430), new Color(0x2e2f3b)] as const;
+
+export const reliefUniforms = {
+  uLevelled: { value: new Color() },
+  uSteep: { value: new Color() },
+};
+
+export function colour(night: boolean): void {
+  const [level, steep] = night ? NIGHT : DAY;
+  reliefUniforms.uLevelled.value.copy(level);
+  reliefUniforms.uSteep.value.copy(steep);
+}
+
+export const reliefVertex = /* glsl */ `
+precision highp float;
+in vec3 position, normal;
+uniform mat4 viewMatrix, projectionMatrix;
+out vec3 vAt, vNormal;
+void main() {
+  vAt = position;
+  vNormal = normal;
+  gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
+}`;
+
+export const reliefFragment = /* glsl */ `${AIR}${GROUND}
+uniform vec3 uSunLight, uAbove, uBelow, uLevelled, uSteep;
+in vec3 vAt, vNormal;
+out vec4 colour;
+void main() {
+  vec3 n = normalize(vNormal);
+  vec3 light = mix(uBelow, uAbove, 0.5 + 0.5 * n.z) + uSunLight * max(dot(n, uSun), 0.0);
+  // Against that on level ground, which keeps its colour.
+  float lit = dot(light, vec3(1.0)) / dot(uAbove + uSunLight * uSun.z, vec3(1.0));
+  float steep = clamp((1.0 - n.z - 0.02) / 0.16, 0.0, 1.0);
+  // The grid and the rings of level ground, on the colours of this one; a finer grid under foot.
+  vec3 c = ground(vAt) - uGround + mix(uLevelled, uSteep, steep);
+  c = mix(c, c + uLine - uGround, 0.3 * lines(vAt.xy, 10.0));
+  vec4 a = air(vAt);
+  colour = vec4(mix(c * (0.15 + 0.85 * lit * lit), a.rgb, a.a), 1.0);
+}`;
+
+/** A surface as a geometry. */
+export function geometry(positions: Float32Array, normals: Float32Array, triangles: Uint32Array): BufferGeometry {
+  const made = new BufferGeometry();
+  made.setAttribute('position', new BufferAttribute(positions, 3));
+  made.setAttribute('normal', new BufferAttribute(normals, 3));
+  made.setIndex(new BufferAttribute(triangles, 1));
+  return made;
+}
