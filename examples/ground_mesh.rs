@@ -13,7 +13,9 @@ use citylod::terrain::{
 };
 
 /// So far up that every post is equally far away: B's criterion then asks for metres.
-const UP_M: f64 = 1e9;
+const UP_M: f64 = 1e12;
+/// Errors are known as f32, rounded up.
+const ROUNDING: f64 = 1.0 + 1e-6;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
@@ -46,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             knobs: Knobs {
                 c1: UP_M * 1e3,
                 // What is drawn whole errs by no more than L / C2.
-                c2: (UP_M / error_m).min(f64::MAX),
+                c2: (UP_M / (error_m * ROUNDING)).min(f64::MAX),
                 ..Criterion::Error.knobs()
             },
             ..Detail::of(Criterion::Error)

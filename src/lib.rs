@@ -43,7 +43,7 @@
 //! | module | is | may use | knows nothing of |
 //! |---|---|---|---|
 //! | [`geom`] | boxes, views, frusta, distances; the numeric contract | – | ids, files, LOD |
-//! | [`file`] | files are replaced whole or not at all | – | what is in them |
+//! | [`file`](mod@file) | files are replaced whole or not at all | – | what is in them |
 //! | [`scene`] | what a city is; a generator | geom | formats, trees, cameras |
 //! | [`import`] | files → scene + warnings | geom, scene | trees, LOD, HTTP |
 //! | [`index`] | tree with representatives, packed; its file | geom, file, scene | views, HTTP |

@@ -1,6 +1,8 @@
 //! The traversal: breadth first from the blocks down, two queues, one level at a time.
 
-use rayon::prelude::*;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use super::cut::{BlockCut, Cut, State};
 use super::judge::Judge;
@@ -12,7 +14,7 @@ pub enum Workers {
     /// The calling thread.
     #[default]
     One,
-    /// The threads of the current rayon pool.
+    /// As many as the current rayon pool has.
     Pool,
 }
 
@@ -20,15 +22,17 @@ pub enum Workers {
 /// that none is long idle, where the ground is rough in one place only, and so large that
 /// judging them costs more than handing them over.
 const SHARES: usize = 256;
+/// Subtrees that are worth a thread.
+const LEAST_SHARES: usize = 4;
 /// Levels of a subtree that is handed over, at least.
 const LEAST_LEVELS: u32 = 3;
 
 impl Judge<'_> {
     /// The cut as the criterion alone makes it, without regard to neighbours.
     ///
-    /// With a pool, the calling thread walks through the coarsest levels and fills a queue with
-    /// the nodes below them, from which all threads take one at a time and walk on. A node is
-    /// judged by itself, so the result is the same.
+    /// With several threads, the calling one walks through the coarsest levels and fills a queue
+    /// with the nodes below them, from which all take one at a time and walk on. A node is judged
+    /// by itself, and subtrees do not overlap, so the result is the same.
     ///
     /// Source: D, section 2.3 (a producer, consumers, and a queue of nodes).
     pub fn refine(&self, workers: Workers) -> Cut {
@@ -90,9 +94,26 @@ impl Judge<'_> {
             blocks.push(states);
             queue.extend(waiting.into_iter().map(|node| (number, node)));
         }
-        let walked = queue.par_iter().with_max_len(1);
-        let walked: Vec<_> = walked.map(|&(_, node)| self.walk(node, levels).0).collect();
-        for ((number, node), states) in queue.into_iter().zip(walked) {
+        let next = AtomicUsize::new(0);
+        let consume = || {
+            let mut walked = Vec::new();
+            while let Some(&(number, node)) = queue.get(next.fetch_add(1, Ordering::Relaxed)) {
+                walked.push((number, node, self.walk(node, levels).0));
+            }
+            walked
+        };
+        let consumers = rayon::current_num_threads().min(queue.len() / LEAST_SHARES);
+        // New threads, which the system puts on idle cores; those of a pool it wakes where they
+        // slept, which may be one core for all of them, longer than a frame takes.
+        let walked = thread::scope(|scope| {
+            let others: Vec<_> = (1..consumers).map(|_| scope.spawn(consume)).collect();
+            let mut walked = consume();
+            for other in others {
+                walked.extend(other.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            }
+            walked
+        });
+        for (number, node, states) in walked {
             graft(&mut blocks[number], node, &states);
         }
         blocks

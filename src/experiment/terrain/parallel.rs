@@ -10,7 +10,11 @@ use crate::experiment::{Options, Progress, Report, ReportError};
 use crate::geom::View;
 use crate::terrain::{Criterion, Detail, Ground, Layout, Workers, refine};
 
-const SAMPLES: usize = 41;
+/// Several pools, as the system may put all threads of one on one core.
+const POOLS: usize = 9;
+const TURNS: usize = 9;
+/// Of each criterion's own detail: a selection of some ten milliseconds.
+const SHARE: f64 = 64.0;
 
 struct Row {
     blocks: usize,
@@ -43,7 +47,7 @@ pub(in crate::experiment) fn run(
                 criterion.name()
             ));
             let detail = Detail {
-                knobs: criterion.share(&criterion.knobs(), 8.0),
+                knobs: criterion.share(&criterion.knobs(), SHARE),
                 ..Detail::of(criterion)
             };
             rows.extend(timed(ground, &view, &detail, &counts)?);
@@ -74,26 +78,24 @@ fn timed(
     };
     let mut rows = Vec::new();
     for &threads in counts {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|error| ReportError::Threads(error.to_string()))?;
-        let parallel = || pool.install(|| refine(ground, view, detail, Workers::Pool));
-        let same = parallel()? == serial;
-        // Turn by turn, so that both meet the same neighbours on the machine.
-        let turns = (0..SAMPLES).map(|_| {
-            let (one, _) = seconds(|| refine(ground, view, detail, Workers::One));
-            let (many, _) = seconds(parallel);
-            (one * 1e6, many * 1e6)
-        });
-        let (one, many): (Vec<f64>, Vec<f64>) = turns.unzip();
-        let mut ratios: Vec<f64> = one
-            .iter()
-            .zip(&many)
-            .map(|(one, many)| one / many)
-            .collect();
+        let (mut one, mut many, mut same) = (Vec::new(), Vec::new(), true);
+        for _ in 0..POOLS {
+            let pool = ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map_err(|error| ReportError::Threads(error.to_string()))?;
+            let parallel = || pool.install(|| refine(ground, view, detail, Workers::Pool));
+            same &= parallel()? == serial;
+            // Turn by turn, so that both meet the same neighbours on the machine.
+            for _ in 0..TURNS {
+                one.push(seconds(|| refine(ground, view, detail, Workers::One)).0 * 1e6);
+                many.push(seconds(parallel).0 * 1e6);
+            }
+        }
+        let ratios = one.iter().zip(&many).map(|(one, many)| one / many);
+        let mut ratios: Vec<f64> = ratios.collect();
         ratios.sort_by(f64::total_cmp);
-        let speedup = [2, 1, 3].map(|quarters| ratios[SAMPLES * quarters / 4]);
+        let speedup = [2, 1, 3].map(|quarters| ratios[ratios.len() * quarters / 4]);
         if rows.is_empty() {
             rows.push(row(1, median(one), [1.0; 3], true));
         }
@@ -104,9 +106,9 @@ fn timed(
 
 fn report(rows: &[Row], posts: usize, cores: usize) -> Report {
     let text = format!(
-        "{} posts in one view, in blocks of C's size and in the largest, {cores} cores. Medians of \
-         {SAMPLES}, serial and parallel in turn;\nthe speed-up is the median of the turns' ratios, \
-         with its quartiles.",
+        "{} posts in one view, in blocks of C's size and in the largest, {cores} cores. Serial and \
+         parallel in turn, {TURNS} turns in each of {POOLS} pools;\nmedians, and the speed-up is that of \
+         the turns' ratios, with its quartiles.",
         thousands(posts as u64)
     );
     let cells = rows.iter().map(|row| {
@@ -134,7 +136,7 @@ fn report(rows: &[Row], posts: usize, cores: usize) -> Report {
         text,
         json: json!({
             "rows": json_rows.collect::<Vec<_>>(),
-            "circumstances": circumstances(&json!({ "posts": posts, "samples": SAMPLES })),
+            "circumstances": circumstances(&json!({ "posts": posts, "pools": POOLS, "turns": TURNS, "share": SHARE })),
         }),
         tables: vec![Table {
             columns: vec![

@@ -141,9 +141,9 @@ impl<'a> Supply<'a> {
 
     /// The tiles to draw for a view, ready to draw.
     ///
-    /// Queue 1 holds the nodes of a level, queue 2 those of the next. Each node that comes out of
-    /// queue 1 is supplied; out of view it is dropped; where the criterion says so its children go
-    /// into queue 2; else it is drawn.
+    /// Queue 1 holds the nodes of a level, queue 2 those of the next. A node that comes out of
+    /// queue 1 is dropped if it is out of view, else supplied; where the criterion says so its
+    /// children go into queue 2; else it is drawn.
     ///
     /// Source: A, section 1.3.
     pub(super) fn frame(
@@ -162,11 +162,11 @@ impl<'a> Supply<'a> {
                 if !record.has_ground() {
                     continue;
                 }
-                let tile = self.tile(node)?;
                 let bounds = bounds(tiling, node, [record.low, record.high]);
                 if view.frustum().relation(&bounds) == Relation::Outside {
                     continue;
                 }
+                let tile = self.tile(node)?;
                 let seen = Seen {
                     record: &record,
                     to_eye: view.eye() - bounds.center(),
