@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::{ImportArgs, citylod_name};
+use super::numbers::system;
 use super::say::say;
 use super::{progress, text};
 use crate::effects::terrain::{Land, LandError};
@@ -28,7 +29,7 @@ pub(super) struct GroundArgs {
           conflicts_with_all = ["output", "up", "lod", "height", "effects"])]
     pub into: Option<PathBuf>,
     /// Coordinate system of the elevation, such as EPSG:25832; goes before what the file says
-    #[arg(long, conflicts_with = "output")]
+    #[arg(long, conflicts_with = "output", value_parser = system)]
     pub crs: Option<String>,
     /// How a PNG codes heights [default: told by its reds]
     #[arg(long, conflicts_with = "output")]

@@ -31,6 +31,17 @@ pub(super) fn bytes(text: &str) -> Result<usize, String> {
     whole(text, 1 << 30)
 }
 
+/// An authority and the number of one of its systems.
+pub(super) fn system(text: &str) -> Result<String, String> {
+    let is_word = |word: &str| !word.is_empty() && word.chars().all(char::is_alphanumeric);
+    match text.split_once(':') {
+        Some((authority, code)) if is_word(authority) && is_word(code) => {
+            Ok(format!("{}:{code}", authority.to_uppercase()))
+        }
+        _ => Err("expected an authority and a code, such as EPSG:25832".into()),
+    }
+}
+
 fn whole(text: &str, most: usize) -> Result<usize, String> {
     let number = text.parse().ok();
     number

@@ -52,6 +52,16 @@ fn numbers_out_of_bounds_are_refused_by_name() {
         ),
         ("generate -o a.citylod", "--seed", "nan -1 1.5 1e99"),
         ("import a.obj -o a.citylod", "--warnings", "nan -1 1.5"),
+        (
+            "import a.asc --into a.citylod",
+            "--crs",
+            "foo EPSG: :1 EPSG:25832:1",
+        ),
+        (
+            "import a.asc --into a.citylod",
+            "--bounds",
+            "nan 1,2,3 1,2,3,x",
+        ),
         ("experiment far-dist", "--largest", "nan 0 -1 999 1e9"),
         ("serve", "--max-body-bytes", "nan 0 -1 18446744073709551615"),
         ("serve", "--timeout-ms", "nan 0 -1 18446744073709551615"),
