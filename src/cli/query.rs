@@ -12,7 +12,9 @@ use crate::frame::Effects;
 use crate::service::Tail;
 
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
-    let Selected { tree, frame, .. } = select(&args.select, "query", args.repeat)?;
+    let selected = select(&args.select, "query", args.repeat)?;
+    let hint = selected.hint();
+    let Selected { tree, frame, .. } = selected;
     let selection = frame.selection();
     let mut out = BufWriter::new(io::stdout().lock());
     if args.json {
@@ -41,6 +43,9 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
             selection.error_px(),
             effects(frame.effects())
         );
+    }
+    if let Some(hint) = hint {
+        eprintln!("{hint}");
     }
     Ok(())
 }

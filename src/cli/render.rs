@@ -17,7 +17,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         let reason = format!("--size: pictures have at most {LONGEST_SIDE} pixels a side");
         return Err(misuse("render", reason).into());
     }
-    let Selected { tree, view, frame } = select(&args.select, "render", 1)?;
+    let selected = select(&args.select, "render", 1)?;
+    let hint = selected.hint();
+    let Selected { tree, view, frame } = selected;
     let selection = frame.selection();
     let objects = selection.objects().filter_map(|number| tree.object(number));
     let solids: Vec<Solid> = objects
@@ -40,5 +42,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         text::grouped(selection.count().into()),
         text::counted(tree.object_count().into(), "object"),
     );
+    if let Some(hint) = hint {
+        eprintln!("{hint}");
+    }
     Ok(())
 }

@@ -30,7 +30,7 @@ use super::problem::Problem;
 use super::routes::SceneName;
 use super::scenes::City;
 use super::shared::Shared;
-use crate::frame::{Culling, Frame};
+use crate::frame::Frame;
 use request::Body;
 
 const JSON: &str = "application/json";
@@ -124,7 +124,7 @@ pub fn with_frame<T>(city: &City, asked: &Resolved, then: impl FnOnce(&Frame) ->
     let mut frame = FRAME.take();
     let start = Instant::now();
     let mut work = || frame.work_out(city.tree(), view, lod, active, || start.elapsed());
-    if active.occlusion.is_some() || active.culling == Culling::Exact {
+    if asked.is_dear() {
         make(usize::MAX, work); // as long as there are objects
     } else {
         work();
