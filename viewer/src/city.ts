@@ -42,6 +42,7 @@ export class City {
     this.link = new Link(id, {
       answer: (answer) => this.take(answer),
       problem: (problem) => events.problem(problem),
+      revision: (revision) => this.is(revision),
       way: (way) => {
         this.way = way;
         events.way(way);
@@ -83,12 +84,16 @@ export class City {
     this.chunks.close();
   }
 
+  /** Whether the service still has this city. */
+  private is(revision: string): boolean {
+    if (revision === this.collection.revision) return true;
+    this.close();
+    this.events.stale();
+    return false;
+  }
+
   private take(answer: Answer): void {
-    if (answer.revision !== this.collection.revision) {
-      this.close();
-      this.events.stale();
-      return;
-    }
+    if (!this.is(answer.revision)) return;
     this.instances.change(answer.add, answer.remove);
     this.answer = answer;
     this.events.changed(answer);
