@@ -83,7 +83,10 @@ export class App {
     this.unpick();
     this.tour(false);
     const city = new City(collection, {
-      changed: (answer) => this.changed(answer),
+      changed: (answer, change) => {
+        this.stage.timing.ahead(change);
+        this.changed(answer);
+      },
       arrived: () => {
         this.rig.stepOut();
         this.stir();
@@ -190,6 +193,7 @@ export class App {
     const seconds = Math.min(Math.max((now - this.last) / 1000, 0), 0.1);
     this.last = now;
     this.frames += 1;
+    this.stage.timing.begin();
     this.steer(seconds, now);
     this.stage.place(this.rig.pose);
     this.ask();

@@ -7,8 +7,8 @@ import { Link, type Way } from './link';
 import { Instances } from './stage/instances';
 
 export interface CityEvents {
-  /** What is drawn changed. */
-  changed(answer: Answer): void;
+  /** What is drawn changes by this. */
+  changed(answer: Answer, change: () => void): void;
   /** Boxes came. */
   arrived(): void;
   /** Where the ground is, as far as the boxes tell. */
@@ -94,9 +94,8 @@ export class City {
 
   private take(answer: Answer): void {
     if (!this.is(answer.revision)) return;
-    this.instances.change(answer.add, answer.remove);
     this.answer = answer;
-    this.events.changed(answer);
+    this.events.changed(answer, () => this.instances.change(answer.add, answer.remove));
   }
 
   private arrive(chunk: Chunk): void {

@@ -48,7 +48,7 @@ export class Stage {
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly frozen = new Frozen();
-  private readonly timing: Timing;
+  readonly timing: Timing;
   private readonly boxes: Mesh;
   private readonly shadows: Mesh;
   private instances: Instances | undefined;
@@ -220,7 +220,7 @@ export class Stage {
 
   /** Draws a frame. `far_dist_m` is what it is drawn with, to be told with its time. */
   draw(far_dist_m: number | undefined): void {
-    this.timing.begin();
+    this.timing.draw();
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
     this.timing.end(far_dist_m);
