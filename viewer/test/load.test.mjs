@@ -4,7 +4,7 @@ import test from 'node:test';
 import { median, missing, withPage } from './page.mjs';
 
 /** All parts of the page, compressed, bytes: at 10 Mbit/s a fifth of a second. */
-const MOST = 256 * 1024;
+const MOST = 224 * 1024;
 
 test('the page is small and shows a picture', { skip: missing }, () =>
   withPage([], { size: { width: 1280, height: 800 } }, async (page, { base }) => {
