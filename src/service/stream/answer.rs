@@ -43,10 +43,10 @@ fn pairs<S: Serializer>(ranges: &[Range<u32>], to: S) -> Result<S::Ok, S::Error>
 /// # Errors
 /// 500; numbers and strings into memory: there is nothing to fail.
 pub fn text(answer: &impl Serialize) -> Result<String, Problem> {
-    serde_json::to_string(answer).map_err(defect)
+    serde_json::to_string(answer).map_err(|error| defect(&error))
 }
 
-fn defect(error: serde_json::Error) -> Problem {
+fn defect(error: &serde_json::Error) -> Problem {
     Problem::new(Kind::Internal, error.to_string())
 }
 
@@ -82,7 +82,7 @@ impl Members {
     pub fn of(tail: &Tail) -> Result<Self, Problem> {
         serde_json::to_value(tail)
             .and_then(serde_json::from_value)
-            .map_err(defect)
+            .map_err(|error| defect(&error))
     }
 
     /// What is new to a client that was told `before`, or nothing yet. `stats` never are as they
