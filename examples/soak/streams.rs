@@ -23,7 +23,8 @@ const PATIENCE: Duration = Duration::from_secs(20);
 #[derive(Debug, Deserialize)]
 struct Answer {
     seq: u32,
-    revision: String,
+    /// Where the set begins anew.
+    revision: Option<String>,
     count: usize,
     add: Vec<[u32; 2]>,
     remove: Vec<[u32; 2]>,
@@ -75,9 +76,9 @@ impl Client {
     }
 
     fn carry_out(&mut self, answer: &Answer) -> Result<()> {
-        if answer.revision != self.revision {
+        if let Some(revision) = &answer.revision {
             self.held.clear();
-            self.revision.clone_from(&answer.revision);
+            self.revision.clone_from(revision);
         }
         for object in answer.remove.iter().flat_map(|[start, end]| *start..*end) {
             ensure!(self.held.remove(&object), "{object} was never added");

@@ -1,6 +1,5 @@
 //! The command line, as typed and checked.
 
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -9,7 +8,8 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 
 use super::ground::GroundArgs;
-use super::numbers::{angle, bytes, metres, milliseconds, number};
+use super::numbers::{angle, metres};
+use super::serve::ServeArgs;
 use crate::experiment::Experiment;
 use crate::geom::DVec3;
 use crate::import::Up;
@@ -191,43 +191,6 @@ pub(super) struct RenderArgs {
     pub tint: TintArg,
 }
 
-#[derive(Debug, Clone, clap::Args)]
-#[command(allow_negative_numbers = true)]
-pub(super) struct ServeArgs {
-    /// Cities to serve, each under the name of its file; read again on SIGHUP
-    pub files: Vec<PathBuf>,
-    /// Address and port; port 0 picks a free one
-    #[arg(long, default_value = "127.0.0.1:8080")]
-    pub listen: SocketAddr,
-    /// Longest request body, and longest message of a stream
-    #[arg(long, default_value_t = 64 * 1024, value_parser = bytes)]
-    pub max_body_bytes: usize,
-    /// Longest time a request may take to arrive, and an answer or a stream may go unread
-    #[arg(long, default_value_t = 10_000, value_parser = milliseconds())]
-    pub timeout_ms: u64,
-    /// Most requests in work at once; more are answered 503
-    #[arg(long, default_value_t = 256, value_parser = number)]
-    pub max_concurrency: usize,
-    /// Most ids in one answer; larger ones are refused with 413
-    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
-    pub max_answer_objects: u32,
-    /// Longest time that occlusion may take; requests for which it takes longer are refused with 422
-    #[arg(long, default_value_t = 2_000, value_parser = milliseconds())]
-    pub max_occlusion_ms: u64,
-    /// Most connections, without streams; more wait
-    #[arg(long, default_value_t = 4096, value_parser = number)]
-    pub max_connections: usize,
-    /// Most streams; more are answered 503
-    #[arg(long, default_value_t = 2048, value_parser = number)]
-    pub max_streams: usize,
-    /// Longest time a stream may go without a message before it is closed
-    #[arg(long, default_value_t = 300_000, value_parser = milliseconds())]
-    pub stream_idle_ms: u64,
-    /// How the log is written to standard error; the variable `RUST_LOG` says how much
-    #[arg(long, default_value = "text")]
-    pub log_format: LogFormatArg,
-}
-
 /// The kind of file that the name says.
 pub(super) fn extension(path: &Path) -> &str {
     path.extension()
@@ -306,14 +269,6 @@ impl From<UpArg> for Up {
             UpArg::Z => Self::Z,
         }
     }
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum LogFormatArg {
-    /// For people
-    Text,
-    /// One JSON object a line
-    Json,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

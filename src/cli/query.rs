@@ -18,7 +18,9 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
         let reason = "--visible-pixels: is of occlusion, which --without switches off";
         return Err(misuse("query", reason).into());
     }
-    let Selected { tree, frame, .. } = select(&args.select, "query", args.repeat)?;
+    let selected = select(&args.select, "query", args.repeat)?;
+    let hint = selected.hint();
+    let Selected { tree, frame, .. } = selected;
     if args.visible_pixels {
         let declared = tree.effects().occlusion.is_some();
         require(declared, &args.select, "occlusion", "--visible-pixels")?;
@@ -58,6 +60,9 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
             bound(selection.error_px()),
             effects(frame.effects())
         );
+    }
+    if let Some(hint) = hint {
+        eprintln!("{hint}");
     }
     Ok(())
 }

@@ -20,12 +20,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         let reason = format!("--size: pictures have at most {LONGEST_SIDE} pixels a side");
         return Err(misuse("render", reason).into());
     }
+    let selected = select(&args.select, "render", 1)?;
+    let hint = selected.hint();
     let Selected {
         tree,
         land,
         view,
         frame,
-    } = select(&args.select, "render", 1)?;
+    } = selected;
     let selection = frame.selection();
     let objects = selection.objects().filter_map(|number| tree.object(number));
     let solids: Vec<Solid> = objects
@@ -55,6 +57,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     );
     if let TintArg::Level = args.tint {
         legend(&tree, selection);
+    }
+    if let Some(hint) = hint {
+        eprintln!("{hint}");
     }
     Ok(())
 }

@@ -5,9 +5,9 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 
 use super::args::{BeyondArg, CullingArg, EffectArg, SelectArgs, misuse};
-use super::ground;
+use super::{ground, text};
 use crate::effects::terrain::Land;
-use crate::frame::{Active, Culling, Frame};
+use crate::frame::{Active, Culling, Frame, Ran};
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::index::LodTree;
 use crate::lod::{Beyond, BudgetLod, ErrorLod, Lod, LodError, RangeLod};
@@ -20,6 +20,28 @@ pub(super) struct Selected {
     pub land: Option<Land>,
     pub view: View,
     pub frame: Frame,
+}
+
+impl Selected {
+    /// Where to look, if the camera misses the city.
+    pub(super) fn hint(&self) -> Option<String> {
+        let (selection, ran) = (self.frame.selection(), self.frame.effects());
+        let removed = |by: Option<Ran<u32>>| by.is_some_and(|ran| ran.result > 0);
+        // Whatever is in view and not drawn counts for the bound, or an effect removed it.
+        let missed = selection.count() == 0
+            && selection.error_px() == 0.0
+            && !removed(ran.haze)
+            && !removed(ran.occlusion);
+        let bounds = self.tree.bounds();
+        (missed && !bounds.is_empty()).then(|| {
+            format!(
+                "nothing of the city is in view: it lies between {} and {}; change --eye or \
+                 --target",
+                text::point(bounds.min(), ","),
+                text::point(bounds.max(), ","),
+            )
+        })
+    }
 }
 
 /// Carries out what was typed for `verb`, so many times in the same memory.

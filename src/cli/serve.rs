@@ -1,15 +1,62 @@
 use std::io::{IsTerminal, Write as _};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use clap::ValueEnum;
 use indicatif::ProgressBar;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
-use super::args::{LogFormatArg, ServeArgs};
+use super::numbers::{bytes, milliseconds, number};
 use super::{ground, progress};
 use crate::index::{self, LodTree, Promotion};
 use crate::scene::{CityParams, generate};
 use crate::service::{Config, Scenes, serve};
+
+#[derive(Debug, Clone, clap::Args)]
+pub(super) struct ServeArgs {
+    /// Cities to serve, each under the name of its file; read again on SIGHUP
+    pub files: Vec<PathBuf>,
+    /// Address and port, or a port on this machine alone; port 0 picks a free one
+    #[arg(long, default_value = "127.0.0.1:8080", value_parser = address)]
+    pub listen: SocketAddr,
+    /// Longest request body, and longest message of a stream
+    #[arg(long, default_value_t = 64 * 1024, value_parser = bytes)]
+    pub max_body_bytes: usize,
+    /// Longest time a request may take to arrive, and an answer or a stream may go unread
+    #[arg(long, default_value_t = 10_000, value_parser = milliseconds())]
+    pub timeout_ms: u64,
+    /// Most requests in work at once; more are answered 503
+    #[arg(long, default_value_t = 256, value_parser = number)]
+    pub max_concurrency: usize,
+    /// Most ids in one answer; larger ones are refused with 413
+    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_answer_objects: u32,
+    /// Longest time that occlusion may take; requests for which it takes longer are refused with 422
+    #[arg(long, default_value_t = 2_000, value_parser = milliseconds())]
+    pub max_occlusion_ms: u64,
+    /// Most connections, without streams; more wait
+    #[arg(long, default_value_t = 4096, value_parser = number)]
+    pub max_connections: usize,
+    /// Most streams; more are answered 503
+    #[arg(long, default_value_t = 2048, value_parser = number)]
+    pub max_streams: usize,
+    /// Longest time a stream may go without a message before it is closed
+    #[arg(long, default_value_t = 300_000, value_parser = milliseconds())]
+    pub stream_idle_ms: u64,
+    /// How the log is written to standard error; the variable `RUST_LOG` says how much
+    #[arg(long, default_value = "text")]
+    pub log_format: LogFormatArg,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum LogFormatArg {
+    /// For people
+    Text,
+    /// One JSON object a line
+    Json,
+}
 
 /// Name of the city that is served when none is given.
 const DEMO: &str = "demo";
@@ -37,10 +84,12 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         .context("cannot start the service")?;
     let args = args.clone();
     let reread = move || self::scenes(&args, &ProgressBar::hidden()).map_err(Into::into);
-    runtime.block_on(serve(config, scenes, reread, |text| {
+    let served = runtime.block_on(serve(config, scenes, reread, |text| {
         let _ = std::io::stderr().write_all(text.as_bytes()); // where nobody listens, it is lost
-    }))?;
-    Ok(())
+    }));
+    // Files that are being read again are of no use any more.
+    runtime.shutdown_background();
+    Ok(served?)
 }
 
 /// Lines that wait to be written; further ones are lost, so that a log that nobody reads does not
@@ -87,4 +136,18 @@ fn scenes(args: &ServeArgs, spinner: &ProgressBar) -> Result<Scenes> {
     }
     spinner.finish_and_clear();
     Ok(scenes)
+}
+
+/// `127.0.0.1:8080`, or `8080` alone.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let port = text.strip_prefix("localhost:").unwrap_or(text);
+    let address = match port.parse() {
+        Ok(port) => Some((Ipv4Addr::LOCALHOST, port).into()),
+        Err(_) => text.parse().ok(),
+    };
+    address.ok_or_else(|| {
+        "expected an address and a port such as 127.0.0.1:8080 (0.0.0.0:8080 for all who reach \
+         this machine), or a port"
+            .into()
+    })
 }

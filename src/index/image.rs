@@ -1,5 +1,6 @@
 //! The bytes of a packed tree, in memory or mapped from a file: one form for both.
 
+use std::fs::{File, Metadata};
 use std::ops::Range;
 
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
@@ -18,14 +19,19 @@ struct Line([u8; ALIGNMENT]);
 #[derive(Debug)]
 enum Storage {
     Memory(Vec<Line>),
-    Mapped(Mmap),
+    Mapped {
+        map: Mmap,
+        /// The file, wherever its name leads by now, and what it was when it was mapped.
+        file: File,
+        then: Option<Metadata>,
+    },
 }
 
 impl Storage {
     fn bytes(&self) -> &[u8] {
         match self {
             Self::Memory(lines) => bytemuck::cast_slice(lines),
-            Self::Mapped(map) => map,
+            Self::Mapped { map, .. } => map,
         }
     }
 }
@@ -48,10 +54,11 @@ pub(super) enum Refusal {
 }
 
 impl Image {
-    pub(super) fn mapped(map: Mmap) -> Result<Self, Refusal> {
+    pub(super) fn mapped(map: Mmap, file: File) -> Result<Self, Refusal> {
         let (header, sections) = parse(&map)?;
+        let then = file.metadata().ok();
         Ok(Self {
-            storage: Storage::Mapped(map),
+            storage: Storage::Mapped { map, file, then },
             header,
             sections,
         })
@@ -59,6 +66,17 @@ impl Image {
 
     pub(super) fn bytes(&self) -> &[u8] {
         self.storage.bytes()
+    }
+
+    /// Whether length or time of the mapped file are not what they were.
+    pub(super) fn is_written_into(&self) -> bool {
+        let Storage::Mapped { file, then, .. } = &self.storage else {
+            return false;
+        };
+        let (Some(then), Ok(now)) = (then, file.metadata()) else {
+            return false;
+        };
+        then.len() != now.len() || then.modified().ok() != now.modified().ok()
     }
 
     pub(super) fn header(&self) -> &Header {

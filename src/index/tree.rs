@@ -149,7 +149,7 @@ impl LodTree {
         // SAFETY: the map is only read, through slices that live no longer than it, and every
         // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
         let map = unsafe { memmap2::Mmap::map(&file) }.map_err(io("cannot map"))?;
-        let image = Image::mapped(map).map_err(|refusal| refused(path, refusal))?;
+        let image = Image::mapped(map, file).map_err(|refusal| refused(path, refusal))?;
         let meta = Meta::from_json(image.section(Section::Meta)).map_err(|reason| {
             let damage = Damage::new(Section::Meta.name(), reason);
             refused(path, Refusal::Damaged(damage))
@@ -167,6 +167,13 @@ impl LodTree {
             Ok(()) => Ok(tree),
             Err(damage) => Err(refused(path, Refusal::Damaged(damage))),
         }
+    }
+
+    /// Whether the file that this is mapped from was written into since: then answers may be
+    /// wrong, and where it became shorter, reading on may end the process. False where the file
+    /// cannot tell, and for a tree in memory.
+    pub fn is_written_into(&self) -> bool {
+        self.image.is_written_into()
     }
 
     /// Writes the tree to a file, whole or not at all: under a temporary name beside it, synced,

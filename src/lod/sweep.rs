@@ -18,10 +18,8 @@ use super::selection::Stats;
 use super::sizing::Sizing;
 use super::survey::Survey;
 use super::{Selection, lanes};
-use crate::geom::{
-    Aabb, Eight, EightDistances, Filter, Floats, Lanes, PlaneSet, SizeThreshold, View, Work, widest,
-};
-use crate::index::{Arrays, LodTree};
+use crate::geom::{Eight, Filter, Floats, PlaneSet, SizeThreshold, View, Work, widest};
+use crate::index::LodTree;
 
 /// Two sizes, pixels, `least` ≤ `sure`.
 #[derive(Debug, Clone, Copy)]

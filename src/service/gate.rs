@@ -84,12 +84,13 @@ impl Gate {
         let (method, path) = (&asked.method, asked.uri.path());
         let (status, took_us) = (response.status().as_u16(), took.as_micros() as u64);
         let request_id = id.to_str().unwrap_or_default();
+        let reason = response.extensions().get().map(Problem::reason);
         match status {
             500 => {
-                tracing::error!(request_id, %method, path, status, took_us, "request failed");
+                tracing::error!(request_id, %method, path, status, reason, took_us, "request failed");
             }
             400.. => {
-                tracing::info!(request_id, %method, path, status, took_us, "request refused");
+                tracing::info!(request_id, %method, path, status, reason, took_us, "request refused");
             }
             _ => tracing::debug!(request_id, %method, path, status, took_us, "request"),
         }

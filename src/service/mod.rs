@@ -19,8 +19,10 @@ mod json;
 mod landing;
 mod metrics;
 mod negotiate;
+mod overwritten;
 mod page;
 mod patience;
+mod places;
 mod plan;
 mod problem;
 mod reload;
@@ -74,6 +76,7 @@ pub async fn serve(
     let mut hang_ups = HangUps::listen();
     ready(&cities.text(server.address()));
     let reread_now = Arc::new(Notify::new());
+    let watching = tokio::spawn(overwritten::watch(Arc::clone(&shared)));
     let reloading = tokio::spawn(reload::reload_when(Arc::clone(&reread_now), shared, reread));
     let told_to_stop = async {
         let mut stop = pin!(stop_signal());
@@ -89,6 +92,7 @@ pub async fn serve(
     };
     server.run(told_to_stop).await;
     reloading.abort();
+    watching.abort();
     Ok(())
 }
 

@@ -30,6 +30,13 @@ pub fn accepted(headers: &HeaderMap, offered: &[MediaType]) -> Result<MediaType,
     })
 }
 
+/// Whether the client takes a body that was compressed beforehand.
+pub fn takes_gzip(headers: &HeaderMap) -> bool {
+    let values = headers.get_all(header::ACCEPT_ENCODING).iter();
+    let text: Vec<&str> = values.filter_map(|value| value.to_str().ok()).collect();
+    quality(&text, "gzip") > 0.0
+}
+
 /// Quality by the most specific range that matches; 0 when none does.
 fn quality(accept: &[&str], media_type: &str) -> f32 {
     let mut found = (0, 0.0);

@@ -174,6 +174,14 @@ impl Problem {
         }
     }
 
+    /// Why, and where, in one line.
+    pub fn reason(&self) -> String {
+        match &self.pointer {
+            Some(pointer) => format!("{pointer}: {}", self.detail),
+            None => self.detail.clone(),
+        }
+    }
+
     /// Names the part at fault: a JSON pointer into the body, or the name of a parameter.
     #[must_use]
     pub fn at(mut self, pointer: impl Into<String>) -> Self {
@@ -237,6 +245,8 @@ impl IntoResponse for Problem {
             }
             _ => {}
         }
+        // For the log.
+        response.extensions_mut().insert(self);
         response
     }
 }

@@ -20,6 +20,7 @@ where
     let read = Arc::new(read);
     loop {
         asked.notified().await;
+        tracing::info!("scenes are read again");
         let read = Arc::clone(&read);
         // A large file takes seconds to check.
         let scenes = match tokio::task::spawn_blocking(move || read()).await {

@@ -197,7 +197,9 @@ impl Scenes {
         let mut changed = 0;
         for (name, city) in &mut self.cities {
             match old.cities.get(name) {
-                Some(same) if same.revision == city.revision => *city = Arc::clone(same),
+                Some(same) if same.revision == city.revision && !same.tree.is_written_into() => {
+                    *city = Arc::clone(same);
+                }
                 _ => changed += 1,
             }
         }

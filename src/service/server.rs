@@ -16,14 +16,11 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use super::gate::Gate;
 use super::patience::Patient;
+use super::places::{Place, Places};
 use super::shared::Shared;
-
-/// As many as a semaphore can wait for.
-const MOST_PLACES: usize = 1 << 28;
 
 /// The service could not start.
 #[derive(Debug, thiserror::Error)]
@@ -76,28 +73,24 @@ impl Server {
         let mut http = http1::Builder::new();
         http.timer(TokioTimer::new())
             .header_read_timeout(config.timeout);
-        let connections = config.max_connections.min(MOST_PLACES);
-        let places = Arc::new(Semaphore::new(connections));
+        let places = Places::new(config.max_connections);
         let mut stop = pin!(stop);
         loop {
             let next = async {
-                let place = Arc::clone(&places).acquire_owned().await;
+                let place = places.take().await;
                 (place, self.accept().await)
             };
             let (place, stream) = tokio::select! {
                 next = next => next,
                 () = &mut stop => break,
             };
-            // The semaphore is never closed.
-            if let Ok(place) = place {
-                tokio::spawn(self.connection(&http, stream, place));
-            }
+            tokio::spawn(self.connection(&http, stream, place));
         }
         drop(self.listener);
         self.shared.close();
         let all = async {
-            let _ = places.acquire_many(connections as u32).await;
-            self.shared.streams().ended().await;
+            places.all_free().await;
+            self.shared.streams().all_free().await;
         };
         if tokio::time::timeout(config.drain, all).await.is_err() {
             tracing::warn!("requests were still in work when the time to finish was over");
@@ -109,7 +102,7 @@ impl Server {
         &self,
         http: &http1::Builder,
         stream: TcpStream,
-        place: OwnedSemaphorePermit,
+        place: Place,
     ) -> impl Future<Output = ()> + Send + 'static {
         let gate = self.gate.clone();
         let service = service_fn(move |request: Request<Incoming>| {

@@ -7,10 +7,10 @@ use tokio::sync::watch;
 
 use super::config::Config;
 use super::metrics::Metrics;
+use super::places::Places;
 use super::problem::Problem;
 use super::request_id::RequestIds;
 use super::scenes::{City, Scenes};
-use super::stream::Streams;
 
 /// One service: made of cities and limits, then given to [`super::router`] and
 /// [`super::Server::bind`].
@@ -18,7 +18,8 @@ use super::stream::Streams;
 pub struct Shared {
     scenes: watch::Sender<Arc<Scenes>>,
     closing: watch::Sender<bool>,
-    streams: Streams,
+    streams: Places,
+    dear: Places,
     metrics: Metrics,
     request_ids: RequestIds,
     config: Config,
@@ -30,7 +31,8 @@ impl Shared {
         Arc::new(Self {
             scenes: watch::Sender::new(Arc::new(scenes)),
             closing: watch::Sender::new(false),
-            streams: Streams::new(config.max_streams),
+            streams: Places::new(config.max_streams),
+            dear: Places::new(at_once()),
             metrics: Metrics::default(),
             request_ids: RequestIds::default(),
             config: *config,
@@ -79,8 +81,13 @@ impl Shared {
     }
 
     /// The places of streams.
-    pub fn streams(&self) -> &Streams {
+    pub fn streams(&self) -> &Places {
         &self.streams
+    }
+
+    /// The places of frames of streams that take long.
+    pub fn dear(&self) -> &Places {
+        &self.dear
     }
 
     /// What is counted.
@@ -97,4 +104,11 @@ impl Shared {
     pub fn config(&self) -> &Config {
         &self.config
     }
+}
+
+/// Frames of streams that take long and are worked out at once: one core is left to all the rest,
+/// where there are several.
+fn at_once() -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    (cores - 1).max(1)
 }

@@ -7,7 +7,7 @@ use axum::response::Response;
 use rust_embed::{Embed, EmbeddedFile};
 
 use super::documents::cached;
-use super::negotiate::accepted;
+use super::negotiate::{accepted, takes_gzip};
 use super::problem::{Kind, Problem};
 use super::routes::FileName;
 
@@ -33,6 +33,7 @@ pub fn page(headers: &HeaderMap) -> Option<Response> {
 }
 
 /// `GET /assets/{file}`. The name of a file changes with its contents, so it may be kept for ever.
+/// Large ones were compressed when the viewer was built, better than there is time for here.
 pub async fn asset(FileName(name): FileName, headers: HeaderMap) -> Result<Response, Problem> {
     let Some(file) = Dist::get(&format!("assets/{name}")) else {
         let detail = format!("the viewer has no part {name:?}: GET / names those it has");
@@ -40,7 +41,18 @@ pub async fn asset(FileName(name): FileName, headers: HeaderMap) -> Result<Respo
     };
     let media_type = media_type(&name);
     accepted(&headers, &[media_type])?;
-    let mut response = cached(&headers, &etag(&file), || of_type(media_type, &file));
+    let packed = takes_gzip(&headers).then(|| Dist::get(&format!("assets/{name}.gz")));
+    let packed = packed.flatten();
+    let mut response = cached(&headers, &etag(&file), || {
+        let mut response = of_type(media_type, packed.as_ref().unwrap_or(&file));
+        if packed.is_some() {
+            let gzip = HeaderValue::from_static("gzip");
+            response
+                .headers_mut()
+                .insert(header::CONTENT_ENCODING, gzip);
+        }
+        response
+    });
     let forever = HeaderValue::from_static("public, max-age=31536000, immutable");
     response
         .headers_mut()

@@ -468,3 +468,32 @@ fn a_reader_that_has_seen_enough_is_no_failure() {
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
 }
+
+#[test]
+fn a_camera_that_misses_the_city_is_told_where_the_city_is() {
+    let desk = Desk::new();
+    desk.out("generate --objects 500 -o city.citylod");
+    for (words, hinted) in [
+        ("--eye 0,-9000,100 --target 0,-9900,100", true),
+        ("--eye 0,-9000,100 --target 0,0,0", false),
+        // In view, but too small.
+        ("--eye 0,-9000,100 --target 0,0,0 --max-error-px 900", false),
+    ] {
+        for verb in ["query city.citylod", "query city.citylod --json"] {
+            let run = desk.run(&format!("{verb} {words}"));
+            assert_eq!(run.code, Some(0), "{}", run.err);
+            let hint = run
+                .err
+                .contains("nothing of the city is in view: it lies between -");
+            assert_eq!(hint, hinted, "{words}: {}", run.err);
+        }
+    }
+    let away = "--eye 0,-9000,100 --target 0,-9900,100 --size 64x48 -o view.png";
+    let run = desk.run(&format!("render city.citylod {away}"));
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    assert!(
+        run.err.contains("nothing of the city is in view"),
+        "{}",
+        run.err
+    );
+}

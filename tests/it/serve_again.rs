@@ -1,4 +1,5 @@
 use std::path::Path;
+use std::time::Duration;
 
 use citylod::index::{self, LodTree, Promotion};
 use citylod::scene::{CityParams, generate};
@@ -78,7 +79,7 @@ fn a_service_killed_under_load_starts_again_at_once() {
                     {}
                 });
             }
-            std::thread::sleep(std::time::Duration::from_millis(100));
+            std::thread::sleep(Duration::from_millis(100));
             served.signal("-KILL");
         });
         served.wait();
@@ -104,6 +105,10 @@ fn the_log_is_one_json_object_a_line_with_the_name_of_the_request() {
         ("method", "GET".into()),
         ("path", "/nowhere".into()),
         ("status", Value::from(404)),
+        (
+            "reason",
+            r#"there is nothing at "/nowhere": GET / lists what there is"#.into(),
+        ),
     ] {
         assert_eq!(line[member], value, "{line}");
     }
@@ -111,4 +116,46 @@ fn the_log_is_one_json_object_a_line_with_the_name_of_the_request() {
         line["took_us"].is_u64() && line["timestamp"].is_string(),
         "{line}"
     );
+}
+
+#[test]
+#[cfg(unix)]
+fn told_to_stop_it_does_not_wait_for_files_that_are_being_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.citylod");
+    city(1).save(&path).unwrap();
+    let mut served = Served::start(&[words(&path)]);
+    // A pipe that nobody writes to takes for ever to open.
+    std::fs::remove_file(&path).unwrap();
+    let made = std::process::Command::new("mkfifo").arg(&path).status();
+    assert!(made.unwrap().success());
+    served.signal("-HUP");
+    let line = served.line_with("are read again");
+    assert!(line.contains("INFO"), "{line}");
+    served.signal("-TERM");
+    assert_eq!(served.wait_for(Duration::from_secs(20)), Some(0));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_that_is_written_into_while_it_is_served_is_named_in_the_log() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.citylod");
+    city(1).save(&path).unwrap();
+    let served = Served::start(&[words(&path)]);
+    // Saved anew is as it should be.
+    city(2).save(&path).unwrap();
+    served.signal("-HUP");
+    served.line_with("changed=1");
+    let bytes = std::fs::read(&path).unwrap();
+    let mut file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+    file.write_all(&bytes).unwrap();
+    drop(file);
+    let line = served.line_with("ERROR");
+    assert!(line.contains("written into"), "{line}");
+    assert!(line.contains("scene=\"town\""), "{line}");
+    // What is mapped now is not kept, although the bytes are the same.
+    served.signal("-HUP");
+    served.line_with("changed=1");
 }

@@ -56,6 +56,13 @@ impl Served {
         }
     }
 
+    /// Its threads now.
+    #[cfg(target_os = "linux")]
+    pub fn threads(&self) -> usize {
+        let folder = format!("/proc/{}/task", self.child.id());
+        std::fs::read_dir(folder).unwrap().count()
+    }
+
     /// Sends a signal.
     pub fn signal(&self, name: &str) {
         let pid = self.child.id().to_string();
@@ -66,6 +73,18 @@ impl Served {
     /// Waits until it has ended, and gives its code.
     pub fn wait(&mut self) -> Option<i32> {
         self.child.wait().unwrap().code()
+    }
+
+    /// Waits until it has ended, so long at most, and gives its code.
+    pub fn wait_for(&mut self, most: Duration) -> Option<i32> {
+        let start = std::time::Instant::now();
+        while start.elapsed() < most {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status.code();
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        None
     }
 
     /// Sends one request and gives the whole answer as it comes.

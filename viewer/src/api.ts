@@ -88,12 +88,15 @@ export interface Stats {
   retrieve_us: number;
 }
 
+/** What the effects that ran did. */
+export type RanEffects = Record<string, Record<string, number>>;
+
 /** What both the stream and `POST visible` answer, beside the objects. */
 export interface AnswerHead {
   revision: string;
   count: number;
   lod: AnsweredLod;
-  effects: Record<string, Record<string, number>>;
+  effects: RanEffects;
   feedback?: { far_dist_m: number | null; state?: unknown };
   stats: Stats;
 }

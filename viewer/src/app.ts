@@ -58,6 +58,8 @@ export class App {
   private frames = 0;
   private written = { figures: 0, hash: 0, text: '' };
   private due = true;
+  /** Whether boxes were drawn yet. */
+  private pictured = false;
 
   constructor(private readonly around: Surroundings) {
     this.stage = new Stage(around.canvas, (sample) => {
@@ -84,8 +86,14 @@ export class App {
     this.unpick();
     this.tour(false);
     const city = new City(collection, {
-      changed: (answer) => this.changed(answer),
-      arrived: () => this.stir(),
+      changed: (answer, change) => {
+        this.stage.timing.ahead(change);
+        this.changed(answer);
+      },
+      arrived: () => {
+        this.rig.stepOut();
+        this.stir();
+      },
       ground: (level, even) => this.settle(level, even),
       problem: (problem) => this.problem(problem),
       way: () => this.stir(true),
@@ -105,7 +113,8 @@ export class App {
     this.settle(city.bounds.min[2], false);
     this.around.panel.show(collection, city.levels);
     if (place.mode) this.knobs = { ...this.knobs, mode: place.mode };
-    this.way(place.way ?? 'orbit');
+    this.rig.choose(place.way ?? 'orbit');
+    this.buttons();
     if (place.eye && place.look) this.rig.jump({ eye: city.relative(place.eye), heading: place.look[0], pitch: place.look[1] });
     else this.rig.jump(this.home());
     this.around.opened(collection);
@@ -125,7 +134,15 @@ export class App {
   }
 
   way(way: Way): void {
-    this.rig.choose(way);
+    const before = this.rig.way;
+    const middle = this.stage.meet(0, 0);
+    if (way === 'walk' && before !== way && middle) {
+      // Where one looks, not where one hovers; not beyond the city.
+      const { eye } = this.rig.pose;
+      const { min, max } = this.city?.bounds ?? { min: eye, max: eye };
+      const on = (k: 0 | 1) => Math.min(Math.max(eye[k] + middle.way[k] * middle.along, min[k]), max[k]);
+      this.rig.land(on(0), on(1));
+    } else this.rig.choose(way);
     this.stir();
     this.buttons();
   }
@@ -192,11 +209,16 @@ export class App {
     const seconds = Math.min(Math.max((now - this.last) / 1000, 0), 0.1);
     this.last = now;
     this.frames += 1;
+    this.stage.timing.begin();
     this.steer(seconds, now);
     if (this.sloped) this.stage.floor(this.level);
     this.stage.place(this.rig.pose);
     this.ask();
     this.stage.draw(this.far);
+    if (!this.pictured && this.city && this.city.instances.count > 0) {
+      this.pictured = true;
+      performance.mark('citylod: first picture');
+    }
     this.figures(now);
     const again = () => {
       if (this.rig.moving || this.pilot || performance.now() < this.awake) requestAnimationFrame((then) => this.frame(then));
@@ -267,7 +289,7 @@ export class App {
     const answer = this.city?.answer;
     if (answer) {
       panel.objects.push(answer.count);
-      panel.far.push(this.far ?? Infinity);
+      panel.far.push(answer.lod.mode === 'range' ? this.far ?? Infinity : NaN);
       panel.error.push(answer.lod.error_px ?? Infinity);
     }
     if (now - this.written.figures > FIGURES && this.city) {
@@ -339,7 +361,7 @@ export class App {
     const city = this.city;
     const { min, max } = city?.bounds ?? { min: [0, 0, 0], max: [0, 0, 0] };
     const pose: Pose = { eye: [0, 0, 0], heading: 34, pitch: -17 };
-    const away = Math.min(Math.max(this.extent * 0.52, 120), 3200);
+    const away = Math.min(Math.max(this.extent * 0.4, 120), 2400);
     const [fx, fy, fz] = forward(pose);
     // A little beyond the middle, so that the city fills the picture.
     const aim = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, min[2]];

@@ -7,8 +7,8 @@ import { Link, type Way } from './link';
 import { Instances } from './stage/instances';
 
 export interface CityEvents {
-  /** What is drawn changed. */
-  changed(answer: Answer): void;
+  /** What is drawn changes by this. */
+  changed(answer: Answer, change: () => void): void;
   /** Boxes came. */
   arrived(): void;
   /** Where the ground is, as far as the boxes tell. */
@@ -42,6 +42,7 @@ export class City {
     this.link = new Link(id, {
       answer: (answer) => this.take(answer),
       problem: (problem) => events.problem(problem),
+      revision: (revision) => this.is(revision),
       way: (way) => {
         this.way = way;
         events.way(way);
@@ -83,15 +84,18 @@ export class City {
     this.chunks.close();
   }
 
+  /** Whether the service still has this city. */
+  private is(revision: string): boolean {
+    if (revision === this.collection.revision) return true;
+    this.close();
+    this.events.stale();
+    return false;
+  }
+
   private take(answer: Answer): void {
-    if (answer.revision !== this.collection.revision) {
-      this.close();
-      this.events.stale();
-      return;
-    }
-    this.instances.change(answer.add, answer.remove);
+    if (!this.is(answer.revision)) return;
     this.answer = answer;
-    this.events.changed(answer);
+    this.events.changed(answer, () => this.instances.change(answer.add, answer.remove));
   }
 
   private arrive(chunk: Chunk): void {

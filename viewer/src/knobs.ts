@@ -22,7 +22,7 @@ export interface Knobs {
 
 export const KNOBS: Knobs = {
   mode: 'range',
-  far_dist_m: 800,
+  far_dist_m: 1200,
   dist_factor: 2.5,
   levels: 4,
   beyond: true,

@@ -80,7 +80,7 @@ async function start(): Promise<void> {
     h('header', { class: 'bar card' }, h('a', { class: 'brand', href: '/about', title: 'About citylod' }, 'city', h('b', {}, 'lod')), scenes, facts),
     panel.element, picked.element, docked.element, helping,
   );
-  if (matchMedia('(max-width: 46rem)').matches) panel.fold();
+  if (matchMedia('(max-width: 46rem), (max-height: 34rem)').matches) panel.fold();
 
   function open(scene: string, place: hash.Place): void {
     const collection = collections.find((c) => c.id === scene) ?? first!;

@@ -3,105 +3,59 @@
  * against `POST visible` at every tenth. Skipped, and says so, without Chromium or the binary.
  */
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
-import { existsSync, mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import test from 'node:test';
-import { chromium } from 'playwright-core';
+import { median, missing, withPage } from './page.mjs';
 
-const root = join(import.meta.dirname, '..', '..');
-const binary = process.env.CITYLOD ?? join(root, 'target/debug/citylod');
-const browser = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-const missing = !browser ? 'needs Chromium' : !existsSync(binary) ? `needs ${binary}: cargo build` : undefined;
 const FRAMES = 600;
 const WARM = 60;
 
-const flags = ['--headless', '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic',
-  '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'];
+/** On a machine whose frames change by more than this, no frame time can be held. */
+const STEADY = 0.1;
 
-/** Runs with a service over these files and a page that shows it. */
-async function withPage(files, prepare, run) {
-  const folder = mkdtempSync(join(tmpdir(), 'citylod-viewer-'));
-  const cities = files.map((file) => {
-    const city = join(folder, 'real.citylod');
-    execFileSync(binary, ['import', file, '-o', city], { stdio: 'ignore' });
-    return city;
-  });
-  const service = spawn(binary, ['serve', '--listen', '127.0.0.1:0', ...cities], { stdio: ['ignore', 'pipe', 'pipe'] });
-  let context;
-  try {
-    const base = await new Promise((found, failed) => {
-      let text = '';
-      const read = (part) => {
-        text += part;
-        const at = /http:\/\/127\.0\.0\.1:\d+/.exec(text);
-        if (at) found(at[0]);
-      };
-      service.stdout.on('data', read);
-      service.stderr.on('data', read);
-      service.on('exit', () => failed(new Error(`the service ended: ${text}`)));
-    });
-    const chrome = await chromium.launchPersistentContext(join(folder, 'profile'), {
-      executablePath: browser, args: flags, viewport: { width: 480, height: 320 },
-    });
-    context = chrome;
-    const page = await chrome.newPage();
-    const errors = [];
-    page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
-    page.on('pageerror', (error) => errors.push(String(error)));
-    await prepare?.(page);
-    await page.goto(base);
-    await page.waitForFunction(() => window.citylod?.city?.answer && window.citylod.city.chunks.pending === 0, undefined, { timeout: 60_000 });
-    await run(page, base);
-    assert.deepEqual(errors, [], 'errors on the console');
-  } finally {
-    await context?.close();
-    service.kill();
-    rmSync(folder, { recursive: true, force: true });
-  }
+/** In the page: where the flight is at a share of its way. A hand's breadth over the roofs, turning slowly. */
+function path(share) {
+  const { min, max } = window.citylod.city.bounds;
+  const reach = 0.2 * Math.min(max[0] - min[0], max[1] - min[1]);
+  const turn = 2 * Math.PI * share;
+  const eye = [(min[0] + max[0]) / 2 + reach * Math.sin(turn), (min[1] + max[1]) / 2 + reach * Math.cos(turn), min[2] + 120];
+  return { eye, heading: ((turn + Math.PI * 0.75) * 180) / Math.PI, pitch: -14 };
 }
 
-/** In the page: what a frame takes with nothing and with everything, ms. */
-async function limits() {
+/**
+ * In the page: what frames take along the flight with this far distance, ms, at so many places: of
+ * each the median of five frames, with all boxes there.
+ */
+async function limits({ places, far_dist_m }) {
   const app = window.citylod;
-  const median = (list) => list.sort((a, b) => a - b)[list.length >> 1];
-  const at = async (far_dist_m) => {
-    app.set({ controller: false, far_dist_m });
-    const times = [];
+  app.set({ controller: false, far_dist_m });
+  const times = [];
+  for (let place = 0; place < places; place += 1) {
+    app.pilot = () => window.flightPath(place / places);
     await new Promise((done) => {
-      let n = 0;
+      let still = [];
       app.onframe = () => {
-        n += 1;
         app.stir();
-        if (n > 25) times.push(app.sample.frame_ms);
-        if (n > 60) done();
+        const there = app.city.answer?.ask === app.asked && app.city.chunks.pending === 0;
+        still = there ? [...still, app.sample.frame_ms] : [];
+        if (still.length < 7) return;
+        times.push(still.slice(2).sort((a, b) => a - b)[2]);
+        done();
       };
       app.stir(true);
     });
-    app.onframe = undefined;
-    return median(times);
-  };
-  const { min, max } = app.city.bounds;
-  const pose = { eye: [(min[0] + max[0]) / 2, min[1] + 0.3 * (max[1] - min[1]), min[2] + 120], heading: 0, pitch: -14 };
-  app.pilot = () => ({ ...pose, eye: [...pose.eye] });
-  return { least: await at(30), most: await at(20_000) };
+  }
+  app.onframe = undefined;
+  return times;
 }
 
-/** In the page: the flight. A hand's breadth over the roofs, turning slowly. */
+/** In the page: the flight. */
 async function fly({ frames, target_ms }) {
   const app = window.citylod;
-  const { min, max } = app.city.bounds;
-  const middle = min.map((v, k) => (v + max[k]) / 2);
-  const reach = 0.2 * Math.min(max[0] - min[0], max[1] - min[1]);
   const seen = { times: [], fars: [], checks: [], way: app.city.way };
   let first;
-  app.pilot = (_, frame) => {
-    first ??= frame;
-    const turn = (2 * Math.PI * (frame - first)) / frames;
-    const eye = [middle[0] + reach * Math.sin(turn), middle[1] + reach * Math.cos(turn), min[2] + 120];
-    return { eye, heading: ((turn + Math.PI * 0.75) * 180) / Math.PI, pitch: -14 };
-  };
+  app.pilot = (_, frame) => window.flightPath((frame - (first ??= frame)) / frames);
   app.set({ controller: true, target_ms, far_dist_m: 300 });
   const pause = (ms) => new Promise((go) => setTimeout(go, ms));
   await new Promise((done) => {
@@ -126,12 +80,26 @@ async function fly({ frames, target_ms }) {
   return seen;
 }
 
-const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
+/** What next to nothing and everything take is found out at so many places along the flight. */
+const NOTHING = { places: 60, far_dist_m: 30 };
+const ALL = { places: 20, far_dist_m: 20_000 };
+
+/** The parts of a list that each quarter of the flight after its first frames falls into. */
+const quarters = (list, warm) => {
+  const flown = list.slice(warm);
+  return [0, 1, 2, 3].map((q) => median(flown.slice((q * flown.length) / 4, ((q + 1) * flown.length) / 4)));
+};
+
+const shown = (list) => list.map((ms) => ms.toFixed(1)).join(', ');
 
 async function flight(page, base, scene, way) {
-  const { least, most } = await page.evaluate(limits);
-  // Reachable: well above what an empty picture takes, below what the full one takes.
-  const target_ms = Math.min(least * 1.8, Math.sqrt(least * most));
+  await page.evaluate(`window.flightPath = ${path}`);
+  const nothing = await page.evaluate(limits, NOTHING);
+  const all = await page.evaluate(limits, ALL);
+  const [least, most] = [nothing, all].map((times) => quarters(times, (times.length * WARM) / FRAMES));
+  // Reachable all the way: twice what next to nothing takes, or between that and all there is.
+  const [low, high] = [Math.max(...least), Math.min(...most)];
+  const target_ms = Math.min(2 * low, Math.sqrt(low * high));
   const seen = await page.evaluate(fly, { frames: FRAMES, target_ms });
   assert.equal(seen.way, way);
   assert.equal(seen.checks.length, FRAMES / 10);
@@ -146,28 +114,33 @@ async function flight(page, base, scene, way) {
     const expected = ranges.flatMap(([a, b]) => Array.from({ length: b - a }, (_, i) => a + i));
     assert.deepEqual(check.objects, expected, `frame ${10 * (k + 1)}`);
   }
-  const flown = seen.times.slice(WARM);
-  const quarters = [0, 1, 2, 3].map((q) => median(flown.slice((q * flown.length) / 4, ((q + 1) * flown.length) / 4)));
-  const off = quarters.map((ms) => Math.round((100 * ms) / target_ms - 100));
+  const reached = quarters(seen.times, WARM);
+  const off = reached.map((ms) => Math.round((100 * ms) / target_ms - 100));
   const counts = seen.checks.map((c) => c.objects.length);
-  console.log(`${scene} by ${way}: empty ${least.toFixed(1)} ms, full ${most.toFixed(1)} ms, target ${target_ms.toFixed(1)} ms; `
-    + `quarters ${quarters.map((ms) => ms.toFixed(1)).join(', ')} ms (${off.join(', ')} %); `
-    + `${Math.min(...counts)} to ${Math.max(...counts)} objects`);
-  // Where the processor draws, others that use it are in the time too: then what was reached is said, not asserted.
-  if (!(await page.evaluate(() => window.citylod.stage.slow))) {
-    for (const percent of off) assert.ok(Math.abs(percent) <= 10, `${percent} % off the target`);
+  // Where the processor draws, others that use it are in the time too: what held before has to hold after.
+  const after = await page.evaluate(limits, NOTHING);
+  const drift = Math.abs(median(after) / median(nothing) - 1);
+  const steady = drift <= STEADY;
+  console.log(`${scene} by ${way}: quarters take ${shown(least)} ms with nothing, ${shown(most)} ms with all; `
+    + `target ${target_ms.toFixed(1)} ms, reached ${shown(reached)} ms (${off.join(', ')} %); `
+    + `${Math.min(...counts)} to ${Math.max(...counts)} objects; frames with nothing changed by ${Math.round(100 * drift)} % meanwhile`
+    + `${steady ? '' : ': the machine had other things to do, so what was reached is said, not asserted'}`);
+  for (const [q, percent] of off.entries()) {
+    const reachable = target_ms > 1.2 * least[q] && target_ms < most[q] / 1.2;
+    if (!reachable) console.log(`quarter ${q + 1}: the target cannot be reached`);
+    else if (steady) assert.ok(Math.abs(percent) <= 10, `quarter ${q + 1}: ${percent} % off the target`);
   }
   assert.ok(new Set(seen.fars).size > 1, 'the controller moved far_dist');
 }
 
 test('the demo city is flown by the stream', { skip: missing }, () =>
-  withPage([], undefined, (page, base) => flight(page, base, 'demo', 'stream')));
+  withPage([], {}, (page, { base }) => flight(page, base, 'demo', 'stream')));
 
 test('where WebSockets are blocked it is flown by POST', { skip: missing }, () =>
-  withPage([], (page) => page.addInitScript(() => {
+  withPage([], { prepare: (page) => page.addInitScript(() => {
     window.WebSocket = class { constructor() { throw new Error('blocked'); } };
-  }), (page, base) => flight(page, base, 'demo', 'post')));
+  }) }, (page, { base }) => flight(page, base, 'demo', 'post')));
 
 const real = process.env.CITYLOD_DATA && join(process.env.CITYLOD_DATA, 'cityjson/tokyo-minato-23951.city.json.gz');
 test('a real city is flown by the stream', { skip: missing ?? (real && existsSync(real) ? undefined : 'needs CITYLOD_DATA') }, () =>
-  withPage([real], undefined, (page, base) => flight(page, base, 'real', 'stream')));
+  withPage([real], {}, (page, { base }) => flight(page, base, 'real', 'stream')));

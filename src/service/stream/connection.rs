@@ -11,10 +11,12 @@ use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::protocol::{Message, Role, WebSocketConfig};
 
 use super::super::config::Config;
+use super::super::documents::make;
 use super::super::scenes::City;
 use super::super::shared::Shared;
 use super::end::End;
 use super::session::Session;
+use super::turn::Turn;
 use super::window::Window;
 
 type Socket = WebSocketStream<TokioIo<Upgraded>>;
@@ -45,7 +47,7 @@ pub async fn serve(upgraded: Upgraded, shared: &Shared, city: Arc<City>) {
     tracing::debug!("stream begins");
     let end = talk(&mut socket, shared, city).await;
     let _ = tokio::time::timeout(FAREWELL, part(&mut socket, end, config)).await;
-    metrics.ended[end as usize].add(1);
+    metrics.ended.count(end);
     match end {
         End::Left | End::Broken | End::Stopping => {
             tracing::debug!(end = end.label(), "stream ends");
@@ -66,6 +68,8 @@ async fn talk(socket: &mut Socket, shared: &Shared, city: Arc<City>) -> End {
     let name = city.name().to_owned();
     let mut session = Session::new(city);
     let mut window = Window::default();
+    let mut turn = Turn::new(shared.dear());
+    let mut place = None;
     let mut scenes = shared.replacements();
     // What was replaced between the request and now counts too.
     scenes.mark_changed();
@@ -76,9 +80,14 @@ async fn talk(socket: &mut Socket, shared: &Shared, city: Arc<City>) -> End {
     };
     let mut stopping = std::pin::pin!(shared.closed());
     loop {
-        while window.is_open()
-            && let Some(text) = session.next(config, metrics)
-        {
+        while window.is_open() && (place.is_some() || !session.is_dear()) {
+            let mut next = || session.next(config, metrics);
+            let text = match place.take() {
+                Some(_place) => make(usize::MAX, next), // as long as it takes
+                None => next(),
+            };
+            let Some(text) = text else { break };
+            turn.leave();
             if let Err(error) = socket.send(Message::text(text)).await {
                 return End::of(&error);
             }
@@ -88,6 +97,7 @@ async fn talk(socket: &mut Socket, shared: &Shared, city: Arc<City>) -> End {
         let silent = now.duration_since(heard.anything) >= config.timeout;
         if window.wants_ping() || (silent && window.waiting_since().is_none()) {
             let ping = window.ping(now).to_vec();
+            turn.leave();
             if let Err(error) = socket.send(Message::Ping(ping.into())).await {
                 return End::of(&error);
             }
@@ -102,9 +112,13 @@ async fn talk(socket: &mut Socket, shared: &Shared, city: Arc<City>) -> End {
             () = &mut stopping => return End::Stopping,
             _ = scenes.changed() => {
                 match scenes.borrow_and_update().get(&name) {
-                    Ok(city) => session.move_to(Arc::clone(city)),
+                    Ok(city) => session.move_to(Arc::clone(city), metrics),
                     Err(_) => return End::SceneGone,
                 }
+                continue;
+            }
+            taken = turn.come(), if window.is_open() && session.is_dear() => {
+                place = Some(taken);
                 continue;
             }
             arrived = socket.next() => Some(arrived),

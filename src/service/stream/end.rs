@@ -7,6 +7,7 @@ use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
 use super::super::config::Config;
+use super::super::metrics::Counter;
 
 /// Why a stream ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,23 +35,34 @@ pub enum End {
 }
 
 impl End {
-    /// How each is called where ends are counted, in the order of the variants.
-    pub const LABELS: [&'static str; 10] = [
-        "left",
-        "broken",
-        "stopping",
-        "scene_gone",
-        "idle",
-        "unread",
-        "too_long",
-        "not_text",
-        "not_utf8",
-        "garbage",
+    /// All there are.
+    pub const ALL: [Self; 10] = [
+        Self::Left,
+        Self::Broken,
+        Self::Stopping,
+        Self::SceneGone,
+        Self::Idle,
+        Self::Unread,
+        Self::TooLong,
+        Self::NotText,
+        Self::NotUtf8,
+        Self::Garbage,
     ];
 
     /// How it is called where ends are counted.
     pub fn label(self) -> &'static str {
-        Self::LABELS[self as usize]
+        match self {
+            Self::Left => "left",
+            Self::Broken => "broken",
+            Self::Stopping => "stopping",
+            Self::SceneGone => "scene_gone",
+            Self::Idle => "idle",
+            Self::Unread => "unread",
+            Self::TooLong => "too_long",
+            Self::NotText => "not_text",
+            Self::NotUtf8 => "not_utf8",
+            Self::Garbage => "garbage",
+        }
     }
 
     /// What a failed read or write means.
@@ -104,5 +116,45 @@ impl End {
             code,
             reason: reason.into(),
         })
+    }
+}
+
+/// How many streams ended, and why.
+#[derive(Debug, Default)]
+pub struct Ended([Counter; End::ALL.len()]);
+
+impl Ended {
+    /// Counts one.
+    pub fn count(&self, end: End) {
+        for (counter, of) in self.0.iter().zip(End::ALL) {
+            if of == end {
+                counter.add(1);
+            }
+        }
+    }
+
+    /// How many of each.
+    pub fn iter(&self) -> impl Iterator<Item = (End, u64)> {
+        End::ALL.into_iter().zip(self.0.iter().map(Counter::value))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{End, Ended};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_end_is_counted_once_under_a_name_of_its_own() {
+        let ended = Ended::default();
+        for (times, end) in End::ALL.into_iter().enumerate() {
+            for _ in 0..=times {
+                ended.count(end);
+            }
+        }
+        let counted: Vec<(End, u64)> = ended.iter().collect();
+        assert_eq!(counted, End::ALL.into_iter().zip(1..).collect::<Vec<_>>());
+        let labels: BTreeSet<&str> = End::ALL.into_iter().map(End::label).collect();
+        assert_eq!(labels.len(), End::ALL.len());
     }
 }

@@ -23,6 +23,9 @@ pub struct Message {
     /// What is asked of the effects.
     #[serde(default, deserialize_with = "json::given")]
     pub effects: Option<Effects>,
+    /// Whether each answer is to tell what it took.
+    #[serde(default, deserialize_with = "json::given")]
+    pub stats: Option<bool>,
     /// Of the last frame; holds for this message alone.
     #[serde(default, deserialize_with = "given_object")]
     pub feedback: Option<Feedback>,

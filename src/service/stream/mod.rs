@@ -1,16 +1,18 @@
 //! `/collections/{scene}/stream`: a WebSocket that tells what comes and what goes as the camera
 //! moves.
 //!
-//! message → [`message`] → [`session`] (what was said and sent) → answer; [`connection`] carries
-//! both ways, [`window`] holds answers back that the client has no room for. A stream takes a
-//! place among streams, not one among connections or requests in work.
+//! message → [`message`] → [`session`] (what was said and sent) → [`answer`]; [`connection`]
+//! carries both ways, [`window`] holds answers back that the client has no room for, [`turn`]
+//! those that take long to work out. A stream takes a place among streams, not one among
+//! connections or requests in work.
 
+mod answer;
 mod connection;
 mod end;
 mod feedback;
 mod message;
-mod places;
 mod session;
+mod turn;
 mod window;
 
 use std::sync::Arc;
@@ -21,8 +23,7 @@ use axum::response::Response;
 use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
 use tracing::Instrument;
 
-pub use end::End;
-pub use places::Streams;
+pub use end::Ended;
 
 use super::problem::{Kind, Problem};
 use super::request_id::REQUEST_ID;
@@ -40,7 +41,11 @@ pub async fn get(State(shared): State<Arc<Shared>>, request: Request) -> Result<
         let detail = format!("this is a WebSocket (RFC 6455, version 13): {error}");
         Problem::new(Kind::UpgradeRequired, detail)
     })?;
-    let place = shared.streams().take()?;
+    let place = shared.streams().try_take().ok_or_else(|| {
+        let most = shared.streams().most();
+        let detail = format!("{most} streams are open: try again later (option --max-streams)");
+        Problem::new(Kind::Overloaded, detail)
+    })?;
     let id = shared.request_ids().of(request.headers());
     let span = tracing::info_span!(
         "stream",

@@ -31,7 +31,7 @@ use super::problem::{Kind, Problem};
 use super::routes::SceneName;
 use super::scenes::City;
 use super::shared::Shared;
-use crate::frame::{Active, Culling, Frame};
+use crate::frame::{Active, Frame};
 use request::Body;
 
 const JSON: &str = "application/json";
@@ -140,8 +140,7 @@ pub fn with_frame<T>(
         Some(land) => frame.work_out_on(land, city.tree(), view, lod, active, || start.elapsed()),
         None => frame.work_out(city.tree(), view, lod, active, || start.elapsed()),
     };
-    let long = active.occlusion.is_some() || active.terrain.is_some();
-    if long || active.culling == Culling::Exact {
+    if asked.is_dear() {
         let patience = Some(config.max_occlusion);
         let active = Active {
             patience,

@@ -3,7 +3,7 @@
 
 use super::super::problem::{Kind, Problem};
 use super::request::{Camera, Form, Lod, Mode, Output, Request};
-use crate::frame::Active;
+use crate::frame::{Active, Culling};
 use crate::geom::{DMat4, DQuat, DVec3, DepthRange, Orientation, Projection, View};
 use crate::lod::{self, BudgetLod, ErrorLod, LodError, RangeLod};
 use crate::scene;
@@ -15,6 +15,19 @@ pub struct Resolved {
     pub lod: lod::Lod,
     /// Of the effects that the scene declares, those of the frame.
     pub active: Active,
+}
+
+impl Resolved {
+    /// Whether working it out takes long, however little is drawn.
+    pub fn is_dear(&self) -> bool {
+        let Active {
+            occlusion,
+            terrain,
+            culling,
+            ..
+        } = &self.active;
+        occlusion.is_some() || terrain.is_some() || *culling == Culling::Exact
+    }
 }
 
 /// How members are named in problems.

@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use serde_json::{Value, json};
 
 use super::server::{Running, demo};
-use super::stream_client::{Client, Full, camera, over_the_city, scenes};
+use super::stream_client::{Client, Full, camera, other_city, over_the_city, scenes};
 use crate::support::{between, rng};
 
 /// A flight about the demo city: it wanders, looks about, changes knobs and modes now and then.
@@ -167,6 +167,49 @@ fn a_member_left_out_keeps_what_was_said_and_a_refused_message_changes_nothing()
 }
 
 #[test]
+fn the_first_answer_is_whole_and_others_leave_out_what_is_as_before() {
+    let service = Running::new();
+    let mut client = Client::open(&service, "demo");
+    let mut said = |message: Value| -> (Vec<String>, Vec<String>) {
+        client.ask(&message);
+        let answer: Value = serde_json::from_str(client.last()).unwrap();
+        let names = |value: &Value| value.as_object().unwrap().keys().cloned().collect();
+        (names(&answer), names(&answer["lod"]))
+    };
+    let always = ["add", "count", "lod", "remove", "seq"];
+    let of_range = ["dist_factor", "error_px", "far_dist_m", "levels", "mode"];
+    let moved = json!({"camera": camera([10.0, -800.0, 300.0], [0.0, 0.0, 0.0])});
+    let whole = [
+        "add", "count", "effects", "lod", "remove", "revision", "seq", "stats",
+    ];
+    for (message, members, lod) in [
+        (over_the_city(), &whole[..], &of_range[..]),
+        (json!({}), &always, &["error_px"]),
+        (moved, &always, &["error_px"]),
+        (
+            json!({"lod": {"far_dist_m": 300}}),
+            &always,
+            &["error_px", "far_dist_m"],
+        ),
+        (
+            json!({"lod": {"mode": "error", "max_error_px": 9}, "stats": true}),
+            &["add", "count", "lod", "remove", "seq", "stats"],
+            &["error_px", "max_error_px", "mode"],
+        ),
+        (
+            json!({"lod": {"mode": "error", "max_error_px": 8}}),
+            &["add", "count", "lod", "remove", "seq", "stats"],
+            &["error_px", "max_error_px"],
+        ),
+        (json!({"lod": {}, "stats": false}), &always, &of_range[..]),
+    ] {
+        let said = said(message.clone());
+        assert_eq!(said.0, members, "{message}");
+        assert_eq!(said.1, lod, "{message}");
+    }
+}
+
+#[test]
 fn what_is_no_message_gets_a_problem_and_the_stream_goes_on() {
     let service = Running::new();
     let mut client = Client::open(&service, "demo");
@@ -218,7 +261,13 @@ fn an_answer_beyond_the_limit_is_refused_and_the_client_keeps_what_it_holds() {
     let answer = client.ask(&large);
     assert_eq!(answer["problem"]["status"], 413, "{answer}");
     assert_eq!(answer["problem"]["type"], "/#answer-too-large");
-    // The knobs that asked for too much are forgotten.
+    // The message that asked for too much is forgotten, its number too.
+    service.shared.replace(scenes(other_city(5)));
+    let answer = client.receive();
+    assert_eq!(answer["seq"], 1, "{answer}");
+    assert_eq!(answer["count"], 10);
+    service.shared.replace(scenes(demo()));
+    client.receive();
     let answer = client.ask(&json!({}));
     assert_eq!(answer["lod"]["max_objects"], 10);
     assert_eq!(client.held(), full.objects(&small));
@@ -290,7 +339,7 @@ fn a_smooth_flight_takes_less_than_a_tenth_of_the_bytes_of_full_answers() {
 
 fn smooth_flight(service: &Running, far_dist: u32) {
     let mut client = Client::open(service, "demo");
-    let (mut streamed, mut objects, mut full) = (0, 0, [0_usize; 3]);
+    let (mut streamed, mut objects, mut full) = (0, 0, [0; 3]);
     for frame in 0..600 {
         // 15 m/s at 60 frames a second, around the centre and looking at it.
         let angle = f64::from(frame) * 0.25 / 500.0;
@@ -298,7 +347,7 @@ fn smooth_flight(service: &Running, far_dist: u32) {
         let mut request = json!({"camera": camera(eye, [0.0, 0.0, 20.0]),
             "lod": {"far_dist_m": far_dist}});
         client.ask(&request);
-        streamed += client.last_length();
+        streamed += client.last().len();
         if frame % 20 == 0 {
             for (bytes, form) in full.iter_mut().zip(["ids", "ranges"]) {
                 request["output"] = json!({"form": form});
@@ -315,7 +364,9 @@ fn smooth_flight(service: &Running, far_dist: u32) {
         objects / 600,
         streamed / 600
     );
-    assert!(percent[0] < 10.0, "{percent:?} % of answers with ids");
+    for (percent, form) in percent.iter().zip(["ids", "ranges", "binary numbers"]) {
+        assert!(*percent < 10.0, "{percent} % of answers as {form}");
+    }
 }
 
 #[test]

@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use citylod::frame::{Active, Culling, Frame};
 use citylod::geom::{DVec3, DepthRange, Orientation, Projection, View};
-use citylod::index::LodTree;
+use citylod::index::{LodTree, Promotion, build};
 use citylod::lod::{Beyond, BudgetLod, ErrorLod, Lod, RangeLod};
+use citylod::scene::{CityParams, generate};
 use citylod::service::Scenes;
 use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
@@ -19,8 +20,10 @@ pub struct Client {
     socket: WebSocket<TcpStream>,
     held: BTreeSet<u32>,
     revision: Value,
+    lod: Value,
+    effects: Value,
     seq: u64,
-    last_length: usize,
+    last: String,
 }
 
 impl Client {
@@ -34,8 +37,10 @@ impl Client {
             socket,
             held: BTreeSet::new(),
             revision: Value::Null,
+            lod: Value::Null,
+            effects: Value::Null,
             seq: 0,
-            last_length: 0,
+            last: String::new(),
         })
     }
 
@@ -69,9 +74,9 @@ impl Client {
         self.seq
     }
 
-    /// Length of the last answer, bytes.
-    pub fn last_length(&self) -> usize {
-        self.last_length
+    /// The last answer as it came.
+    pub fn last(&self) -> &str {
+        &self.last
     }
 
     /// Sends a message, numbered, and waits for its answer.
@@ -93,15 +98,20 @@ impl Client {
         self.socket.send(Message::text(text)).unwrap();
     }
 
-    /// The next answer, carried out.
+    /// The next answer, carried out, with what it leaves out since it is as before.
     pub fn receive(&mut self) -> Value {
         loop {
             match self.socket.read().unwrap() {
                 Message::Text(text) => {
-                    self.last_length = text.len();
-                    let answer: Value = serde_json::from_str(&text).unwrap();
+                    text.as_str().clone_into(&mut self.last);
+                    let mut answer: Value = serde_json::from_str(&text).unwrap();
+                    if let Some(revision) = answer.get("revision") {
+                        self.revision = revision.clone();
+                        self.held.clear();
+                    }
                     if answer["problem"].is_null() {
                         self.carry_out(&answer);
+                        self.fill_in(&mut answer);
                     }
                     return answer;
                 }
@@ -112,10 +122,6 @@ impl Client {
     }
 
     fn carry_out(&mut self, answer: &Value) {
-        if answer["revision"] != self.revision {
-            self.held.clear();
-            self.revision = answer["revision"].clone();
-        }
         let ranges = |name: &str| -> Vec<[u32; 2]> {
             let ranges: Vec<[u32; 2]> = serde_json::from_value(answer[name].clone()).unwrap();
             assert!(ranges.iter().all(|[start, end]| start < end), "{answer}");
@@ -132,6 +138,21 @@ impl Client {
             assert!(self.held.insert(object), "{object} is there already");
         }
         assert_eq!(answer["count"], self.held.len());
+    }
+
+    fn fill_in(&mut self, answer: &mut Value) {
+        answer["revision"] = self.revision.clone();
+        let lod = answer["lod"].as_object().unwrap();
+        assert!(lod.contains_key("error_px"), "{answer}");
+        if lod.contains_key("mode") {
+            self.lod = json!({});
+        }
+        self.lod.as_object_mut().unwrap().extend(lod.clone());
+        answer["lod"] = self.lod.clone();
+        if let Some(effects) = answer.get("effects") {
+            self.effects = effects.clone();
+        }
+        answer["effects"] = self.effects.clone();
     }
 
     /// Reads on until the service closes, and gives its reason.
@@ -251,4 +272,14 @@ pub fn scenes(tree: LodTree) -> Scenes {
     let mut scenes = Scenes::new();
     scenes.insert("demo", tree).unwrap();
     scenes
+}
+
+/// A city that is not the usual one.
+pub fn other_city(seed: u64) -> LodTree {
+    let params = CityParams {
+        objects: 2_500,
+        seed,
+    };
+    let scene = generate(&params);
+    build(&scene, Promotion::Tallest).unwrap()
 }

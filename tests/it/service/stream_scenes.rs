@@ -1,22 +1,14 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use citylod::index::LodTree;
-use citylod::service::Scenes;
+use citylod::index::{Promotion, build};
+use citylod::scene::{CityParams, generate};
+use citylod::service::{Config, Scenes};
 use serde_json::json;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
 use super::server::Running;
-use super::stream_client::{Client, Full, over_the_city, scenes};
-
-fn other_city(seed: u64) -> LodTree {
-    let params = citylod::scene::CityParams {
-        objects: 2_500,
-        seed,
-    };
-    let scene = citylod::scene::generate(&params);
-    citylod::index::build(&scene, citylod::index::Promotion::Tallest).unwrap()
-}
+use super::stream_client::{Client, Full, other_city, over_the_city, scenes};
 
 #[test]
 fn a_replaced_scene_is_sent_whole_without_being_asked_for() {
@@ -89,4 +81,33 @@ fn requests_are_answered_while_scenes_are_replaced() {
         }
         stop.store(true, std::sync::atomic::Ordering::Relaxed);
     });
+}
+
+#[test]
+fn a_refusal_after_a_scene_was_replaced_names_the_revision_and_is_counted() {
+    let mut misty = generate(&CityParams {
+        objects: 2_000,
+        seed: 3,
+    });
+    misty.effects = serde_json::from_value(json!({"haze": {"visibility_m": 900}})).unwrap();
+    let misty = build(&misty, Promotion::Tallest).unwrap();
+    let service = Running::of(scenes(misty), Config::default(), |app| app);
+    let mut client = Client::open(&service, "demo");
+    let mut request = over_the_city();
+    request["effects"] = json!({"haze": true});
+    assert!(client.ask(&request)["count"].as_u64() > Some(50));
+    // The new city has no haze.
+    let tree = other_city(5);
+    service.shared.replace(scenes(other_city(5)));
+    let answer = client.receive();
+    assert_eq!(answer["seq"], 1);
+    assert_eq!(answer["problem"]["pointer"], "/effects/haze", "{answer}");
+    assert_eq!(answer["revision"], tree.revision(), "{answer}");
+    assert!(client.held().is_empty(), "what it held is void");
+    let metrics = String::from_utf8(service.get("/metrics").body).unwrap();
+    let line = "citylod_stream_messages_refused_total 1\n";
+    assert!(metrics.contains(line), "{metrics}");
+    let answer = client.ask(&json!({"effects": {}}));
+    assert_eq!(answer["revision"], tree.revision());
+    assert_eq!(client.held(), Full::new(&tree).objects(&request));
 }

@@ -51,7 +51,17 @@ fn the_front_page_is_the_viewer_or_says_that_there_is_none() {
         assert_eq!(media_type, expected, "{asset}");
         let packed = service.send("GET", asset, &[("Accept-Encoding", "gzip")], b"");
         assert_eq!(packed.header("content-encoding"), Some("gzip"), "{asset}");
-        assert!(packed.body.len() < plain.body.len(), "{asset}");
+        let mut unpacked = Vec::new();
+        let mut reader = flate2::read::GzDecoder::new(&packed.body[..]);
+        std::io::Read::read_to_end(&mut reader, &mut unpacked).unwrap();
+        assert_eq!(unpacked, plain.body, "{asset}");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("viewer/dist{asset}.gz"));
+        assert_eq!(packed.body, std::fs::read(file).unwrap(), "{asset}");
+        for unwanted in ["gzip;q=0", "br"] {
+            let headers = [("Accept-Encoding", unwanted)];
+            let reply = service.send("GET", asset, &headers, b"");
+            assert_eq!(reply.body, plain.body, "{asset}: {unwanted}");
+        }
     }
 }
 

@@ -18,7 +18,8 @@ export type Change =
 /** What a way tells its link. */
 export interface Ears {
   answered(ask: Ask, head: AnswerHead, change: Change): void;
-  refused(problem: Problem): void;
+  /** `revision` where the set is void, as the service has another one now. */
+  refused(problem: Problem, revision?: string): void;
   /** It is ready for questions. */
   opened(): void;
   /** It cannot be had; `blocked` when it never could. */
@@ -36,6 +37,8 @@ export interface Asking {
 export interface LinkEvents {
   answer(answer: Answer): void;
   problem(problem: Problem): void;
+  /** What the service has now, where it could not answer for it. */
+  revision(revision: string): void;
   way(way: Way): void;
 }
 
@@ -90,7 +93,11 @@ export class Link {
     this.asking?.close();
     this.asking = make({
       opened: () => current() && this.events.way(way),
-      refused: (problem) => current() && this.events.problem(problem),
+      refused: (problem, revision) => {
+        if (!current()) return;
+        this.events.problem(problem);
+        if (revision !== undefined) this.events.revision(revision);
+      },
       answered: (ask, head, change) => {
         if (!current()) return;
         this.attempts = 0;

@@ -1,13 +1,14 @@
 /** Asking by WebSocket: the service keeps what was sent and answers with changes. */
 
 import { type Answer, type AnswerHead, type Ask, at, type Problem } from '../api';
+import { type Told, whole } from './told';
 import type { Range } from '../ranges';
 import type { Asking, Ears } from './index';
 
-/** A message of the service. */
+/** A message of the service; an answer may leave out what is as in the one before. */
 type Message =
-  | { seq: number; problem: Problem }
-  | (AnswerHead & { seq: number; problem?: undefined } & Pick<Answer, 'add' | 'remove'>);
+  | { seq: number; revision?: string; problem: Problem }
+  | (Told & { seq: number; problem?: undefined } & Pick<Answer, 'add' | 'remove'>);
 
 /** So many questions may be under way; the service answers only the newest of those that wait. */
 const MOST_UNDER_WAY = 3;
@@ -22,7 +23,8 @@ export class Stream implements Asking {
   /** The question that was answered last: when a city is exchanged it is answered once more. */
   private last: Ask | undefined;
   private seq = 0;
-  private answers = 0;
+  /** The answer before, but for its objects. */
+  private before: AnswerHead | undefined;
   /** What the service was told last, as JSON; what has not changed is left out. */
   private told = { lod: '', effects: '' };
 
@@ -63,6 +65,7 @@ export class Stream implements Asking {
         camera: ask.camera,
         ...(lod === this.told.lod ? {} : { lod: ask.lod }),
         ...(effects === this.told.effects ? {} : { effects: ask.effects }),
+        ...(this.seq === 1 ? { stats: true } : {}),
         ...(ask.feedback ? { feedback: ask.feedback } : {}),
       }),
     );
@@ -84,20 +87,20 @@ export class Stream implements Asking {
     if (message.problem) {
       // What was refused was not kept: say everything again.
       this.told = { lod: '', effects: '' };
-      this.ears.refused(message.problem);
+      this.ears.refused(message.problem, message.revision);
       return;
     }
     if (!ask) return;
     this.last = ask;
-    const { add, remove, seq: _, ...head } = message;
+    const { add, remove, seq: _, ...told } = message;
+    this.before = whole(told, this.before);
     // A new connection starts from nothing, while the page still shows the answer before.
-    const first = this.answers === 0;
-    this.answers += 1;
-    this.ears.answered(ask, head, first ? { all: add as Range[] } : { add, remove });
+    const anew = told.revision !== undefined;
+    this.ears.answered(ask, this.before, anew ? { all: add as Range[] } : { add, remove });
   }
 
   private fail(): void {
     this.close();
-    this.ears.lost(this.answers === 0);
+    this.ears.lost(this.before === undefined);
   }
 }

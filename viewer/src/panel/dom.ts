@@ -129,9 +129,10 @@ export const grouped = (n: number) => Math.round(n).toLocaleString('en');
 
 /** A length, in the unit that suits it. */
 export function length(metres: number): string {
+  if (Number.isNaN(metres)) return '–';
   if (!Number.isFinite(metres)) return '∞';
-  if (metres >= 10_000) return `${(metres / 1000).toFixed(1)} km`;
-  return metres >= 100 ? `${grouped(metres)} m` : `${metres.toFixed(1)} m`;
+  if (metres >= 10_000) return `${(metres / 1000).toFixed(1)}\u00a0km`;
+  return metres >= 100 ? `${grouped(metres)}\u00a0m` : `${metres.toFixed(1)}\u00a0m`;
 }
 
 /** A number of three digits or so. */

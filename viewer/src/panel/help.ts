@@ -21,6 +21,7 @@ const GROUPS: [string, [string, string][]][] = [
     ['One finger', 'Turn'],
     ['Two fingers', 'Move, nearer, farther'],
     ['Tap', 'What is this'],
+    ['Stick', 'Fly and walk'],
   ]],
   ['See', [
     ['F', 'Freeze the selection and step outside'],
@@ -35,7 +36,7 @@ const GROUPS: [string, [string, string][]][] = [
 /** The dialog; opened by `?`. */
 export function help(): HTMLDialogElement {
   const groups = GROUPS.map(([title, rows]) =>
-    h('section', {}, h('h3', {}, title), h('dl', {}, ...rows.flatMap(([keys, what]) => [
+    h('section', { class: title === 'Touch' ? 'touch' : 'keys' }, h('h3', {}, title), h('dl', {}, ...rows.flatMap(([keys, what]) => [
       h('dt', {}, ...keys.split(', ').map((k) => h('kbd', {}, k))), h('dd', {}, what),
     ]))));
   const dialog: HTMLDialogElement = h('dialog', { class: 'helping card', 'aria-label': 'Help', onclick: (e: Event) => e.target === dialog && dialog.close() },

@@ -16,6 +16,13 @@ const EFFECTS: Record<string, { label: string; title: string }> = {
   terrain: { label: 'Terrain', title: 'The ground as it is, finer where it is near' },
 };
 
+/** Classes that the legend names. */
+const MOST_CLASSES = 8;
+
+/** `SolitaryVegetationObject` → `Solitary vegetation object`. */
+const words = (name: string) =>
+  name.replace(/([a-z])([A-Z])/g, (_, end: string, start: string) => `${end} ${start.toLowerCase()}`);
+
 const hex = (colour: number) => `#${colour.toString(16).padStart(6, '0')}`;
 
 export class Panel {
@@ -64,9 +71,9 @@ export class Panel {
       ),
       h('section', {}, h('h2', {}, 'Colours'), p.tint.element, this.legend),
       h('section', {}, h('h2', {}, 'Picture'), p.shadows.element, this.effects, this.note),
-      h('footer', {}, this.status, links),
     );
-    this.element = h('aside', { class: 'panel card', 'aria-label': 'Figures and knobs' }, meters, more, this.sheet);
+    const foot = h('footer', {}, this.status, links);
+    this.element = h('aside', { class: 'panel card', 'aria-label': 'Figures and knobs' }, meters, more, this.sheet, foot);
   }
 
   /** Shows or hides the knobs. */
@@ -123,21 +130,23 @@ export class Panel {
 
   /** What the colours stand for; for levels with how far they reach and how many are drawn. */
   explain(tint: Tint, answer: Answer | undefined, ends: readonly number[]): void {
-    const row = (colour: string, name: string, note: string) =>
-      h('li', {}, h('i', { style: `background:${colour}` }), h('span', {}, name), h('small', {}, note));
+    const row = (colour: string, name: string, reach = '', drawn = '') =>
+      h('li', {}, h('i', { style: `background:${colour}` }), h('span', {}, name), h('small', {}, reach), h('b', {}, drawn));
     if (tint === 'height') {
       this.legend.replaceChildren(h('li', { class: 'scale' }, h('i'), h('small', {}, '5 m'), h('small', {}, '40 m'), h('small', {}, '160 m')));
     } else if (tint === 'class') {
       const colours = classColours(this.classes);
-      const shown = this.classes.length > 1 ? this.classes.slice(0, 8) : [];
-      this.legend.replaceChildren(...shown.map((name, k) => row(hex(colours[k]!), name, '')));
+      const rows = this.classes.slice(0, MOST_CLASSES).map((name, k) => row(hex(colours[k]!), words(name)));
+      const more = this.classes.length - rows.length;
+      this.legend.replaceChildren(...rows, ...(more > 0 ? [h('li', {}, h('small', {}, `and ${more} more`))] : []));
     } else {
       const rows = [];
       for (let level = 0; level < (this.levels?.count ?? 0); level += 1) {
         const [start, end] = this.levels!.span(level);
         const drawn = answer ? countWithin(answer.ranges, start, end) : 0;
-        const reach = ends.length === 0 ? '' : Number.isFinite(ends[level]) ? `to ${length(ends[level]!)}` : 'always';
-        rows.push(row(hex(LEVELS[Math.min(level, 7)]!), `Level ${level}`, `${reach}\u2002${grouped(drawn)}`));
+        const far = ends[Math.min(level, ends.length - 1)];
+        const reach = far === undefined ? '' : Number.isFinite(far) ? `to ${length(far)}` : 'at any distance';
+        rows.push(row(hex(LEVELS[Math.min(level, 7)]!), `Level ${level}`, reach, grouped(drawn)));
       }
       this.legend.replaceChildren(...rows);
     }

@@ -41,7 +41,7 @@ export class Picked {
       h('h2', {}, item.id),
       h('p', { class: 'why' }, why.sentence),
       h('dl', {}, ...rows, ...more),
-      h('p', { class: 'links' }, h('a', { href: link }, rest > 0 ? `JSON, with ${rest} more attributes` : 'JSON')),
+      h('p', { class: 'links' }, h('a', { href: link }, rest > 0 ? `JSON, with ${rest} more attribute${rest > 1 ? 's' : ''}` : 'JSON')),
     );
     this.element.hidden = false;
   }

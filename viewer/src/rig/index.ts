@@ -48,6 +48,8 @@ export class Rig {
   private glide: { to: Pose; along: number } | undefined;
   private zoom: { way: Vec3; left: number } | undefined;
   private walked = false;
+  /** Set down on foot, and not gone anywhere since. */
+  private landed = false;
 
   constructor(private ground: Ground) {}
 
@@ -70,6 +72,34 @@ export class Rig {
     this.way = way;
     this.stop();
     this.walked = false;
+    this.landed = false;
+  }
+
+  /** Sets the eye down on foot where nobody stands in a wall, as near to there as can be. */
+  land(x: number, y: number): void {
+    const { pose } = this;
+    const eye = this.free(x, y);
+    this.choose('walk');
+    this.go({ eye, heading: pose.heading, pitch: 0 });
+    this.landed = true;
+  }
+
+  /** Steps out of a wall that was not known of when the eye was set down. */
+  stepOut(): void {
+    if (!this.landed || this.glide) return;
+    const [x, y, z] = this.pose.eye;
+    if (this.ground.blocked(x, y, z)) this.pose.eye = this.free(x, y);
+  }
+
+  /** The nearest free place on the ground, on a spiral of steps of a metre. */
+  private free(x: number, y: number): Vec3 {
+    const z = this.ground.level + EYES;
+    for (let k = 0; k < 2000; k += 1) {
+      const [away, turn] = [1.1 * Math.sqrt(k), k * 2.4];
+      const at: Vec3 = [x + away * Math.cos(turn), y + away * Math.sin(turn), z];
+      if (!this.ground.blocked(...at)) return at;
+    }
+    return [x, y, z];
   }
 
   /** Goes there at once. */
@@ -174,6 +204,7 @@ export class Rig {
     const pace = this.pace();
     const k = 1 - Math.exp(-EAGER * seconds);
     const still = wish.every((w) => w === 0);
+    this.landed &&= still;
     this.velocity = this.velocity.map((v, i) => {
       const up = i === 2 && way !== 'walk' ? wish[2] : 0;
       const wished = (right[i]! * wish[0] + ahead[i]! * wish[1] + up) * pace;

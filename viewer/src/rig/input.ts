@@ -24,7 +24,7 @@ const MOVES: Record<string, [axis: 0 | 1 | 2, by: 1 | -1]> = {
   KeyD: [0, 1], ArrowRight: [0, 1],
   KeyA: [0, -1], ArrowLeft: [0, -1],
   KeyE: [2, 1], Space: [2, 1],
-  KeyQ: [2, -1], KeyC: [2, -1],
+  KeyQ: [2, -1],
 };
 
 export class Input {

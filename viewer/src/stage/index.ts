@@ -50,7 +50,7 @@ export class Stage {
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly frozen = new Frozen();
-  private readonly timing: Timing;
+  readonly timing: Timing;
   private readonly boxes: Mesh;
   private readonly shadows: Mesh;
   /** Level ground, and ground as it is; one of them is drawn. */
@@ -104,12 +104,12 @@ export class Stage {
 
     const triangle = new BufferGeometry();
     triangle.setAttribute('position', new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
-    const square = new BufferGeometry();
-    square.setAttribute('position', new BufferAttribute(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0]), 3));
+    const plain = new BufferGeometry();
+    plain.setAttribute('position', new BufferAttribute(squares(this.uniforms.uReach.value), 3));
     const empty = new BufferGeometry();
     this.boxes = this.part(empty, shader.boxVertex, shader.boxFragment, 0);
     this.shadows = this.part(empty, shader.shadowVertex, shader.shadowFragment, 2);
-    this.plane = this.part(square, shader.groundVertex, shader.groundFragment, 1);
+    this.plane = this.part(plain, shader.groundVertex, shader.groundFragment, 1);
     this.relief = this.part(empty, relief.reliefVertex, relief.reliefFragment, 1);
     this.part(triangle, shader.skyVertex, shader.skyFragment, 3);
     // What lies flat on the ground is seen, not fought with.
@@ -244,7 +244,7 @@ export class Stage {
 
   /** Draws a frame. `far_dist_m` is what it is drawn with, to be told with its time. */
   draw(far_dist_m: number | undefined): void {
-    this.timing.begin();
+    this.timing.draw();
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
     this.timing.end(far_dist_m);
@@ -272,6 +272,26 @@ export class Stage {
     this.scene.add(mesh);
     return mesh;
   }
+}
+
+/**
+ * A square of side 2 in squares about its middle, each four times as large as the one inside it, to
+ * be scaled by `reach`, m. The nearer to the eye the smaller the triangles: across one that is near
+ * and 200 km long, places would be known to some metres only.
+ */
+function squares(reach: number): Float32Array<ArrayBuffer> {
+  const corners = (r: number) => [[-r, -r, 0], [r, -r, 0], [r, r, 0], [-r, r, 0]];
+  const triangles: number[] = [];
+  for (let outer = 1, inner; outer > 0; outer = inner) {
+    inner = outer * reach > 10 ? outer / 4 : 0;
+    const [from, to] = [corners(inner), corners(outer)];
+    for (let k = 0; k < 4; k += 1) {
+      const [a, b, c, d] = [from[k]!, from[(k + 1) % 4]!, to[(k + 1) % 4]!, to[k]!];
+      triangles.push(...d, ...c, ...b);
+      if (inner > 0) triangles.push(...d, ...b, ...a);
+    }
+  }
+  return new Float32Array(triangles);
 }
 
 /** The direction of a pose, length 1. */

@@ -1,6 +1,8 @@
 /**
  * How long a frame takes to make, not how long the display waits for it: a frame of 5 ms on a
  * display of 60 Hz is 5 ms, else a controller could not know how much more there is room for.
+ * It begins with the page's work on the frame, and has in it what the page did for it before:
+ * taking in the answer that it shows.
  *
  * Where the graphics card has a clock that pages may read, a frame takes as long as the longer of
  * the two, page or card, since they work at the same time. Elsewhere the page waits for the card
@@ -31,6 +33,7 @@ export class Timing {
   private readonly running: Running[] = [];
   private query: WebGLQuery | undefined;
   private started = 0;
+  private before_ms = 0;
 
   constructor(
     private readonly gl: WebGL2RenderingContext,
@@ -40,9 +43,22 @@ export class Timing {
     this.timer = !clock ? null : (gl.getExtension('EXT_disjoint_timer_query_webgl2') as TimerExtension | null);
   }
 
+  /** Does work that belongs to the next frame. */
+  ahead(work: () => void): void {
+    const from = performance.now();
+    work();
+    this.before_ms += performance.now() - from;
+  }
+
+  /** The page begins a frame. */
   begin(): void {
     this.collect();
-    this.started = performance.now();
+    this.started = performance.now() - this.before_ms;
+    this.before_ms = 0;
+  }
+
+  /** The card begins to draw it. */
+  draw(): void {
     if (!this.timer) return;
     this.query = this.gl.createQuery() ?? undefined;
     if (this.query) this.gl.beginQuery(this.timer.TIME_ELAPSED_EXT, this.query);
