@@ -11,9 +11,9 @@ const MEMBERS: usize = 14;
 /// c, what is left decides.
 const NEXT_PART: f64 = 0.65;
 /// Largest c, in parts of the target.
-const LARGEST_BASE: f64 = 0.5;
+pub(super) const LARGEST_BASE: f64 = 0.5;
 /// Exponents of any city.
-const EXPONENTS: [f64; 2] = [1.0, 3.0];
+pub(super) const EXPONENTS: [f64; 2] = [1.0, 3.0];
 /// The exponent before anything is seen, and its standard deviation.
 const PRIOR: [f64; 2] = [2.0, 1.0];
 /// How much less each older sample counts.
@@ -34,6 +34,7 @@ struct Point {
     y: f64,
     /// How much it counts.
     weight: f64,
+    fade: f64,
 }
 
 impl Point {
@@ -44,6 +45,7 @@ impl Point {
             x: sample.far_dist_m.ln(),
             y,
             weight: fade / (1.0 + off * off),
+            fade,
         }
     }
 }
@@ -169,12 +171,17 @@ impl Member {
         let exponent = (spread_xu + usual * prior) / (spread_xx + prior);
         let exponent = exponent.clamp(EXPONENTS[0], EXPONENTS[1]);
         let of_line = spread_uu - 2.0 * exponent * spread_xu + exponent * exponent * spread_xx;
+        let mut residuals = [(0.0, 0.0); FRAMES];
+        for ((residual, &(x, u, _)), point) in residuals.iter_mut().zip(rows).zip(points) {
+            *residual = (u - mean_u - exponent * (x - mean_x), point.fade);
+        }
+        let shift = median(&mut residuals[..points.len()]);
         Self {
             base,
             exponent,
             exponent_variance: 1.0 / (spread_xx + prior),
             mean_x,
-            mean_u,
+            mean_u: mean_u + shift,
             weight,
             misfit: of_line.max(0.0) + (exponent - usual).powi(2) * prior,
         }
@@ -197,4 +204,22 @@ impl Member {
         let open = part * part * (1.0 / self.weight + dx * dx * self.exponent_variance);
         (point.y / (self.base + grown)).ln() / (1.0 + open / (scatter * scatter)).sqrt()
     }
+}
+
+/// Weighted median of (value, weight), between neighbours.
+fn median(values: &mut [(f64, f64)]) -> f64 {
+    values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * values.iter().map(|v| v.1).sum::<f64>();
+    let mut below = 0.0;
+    let mut last: Option<(f64, f64)> = None;
+    for &(value, weight) in values.iter() {
+        let at = below + 0.5 * weight;
+        if at >= half {
+            let Some((v, a)) = last else { return value };
+            return v + (value - v) * (half - a) / (at - a);
+        }
+        last = Some((value, at));
+        below += weight;
+    }
+    last.map_or(0.0, |l| l.0)
 }

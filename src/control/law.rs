@@ -1,5 +1,6 @@
 //! One step: doubt, learn, aim.
 
+use super::exact;
 use super::family::Family;
 use super::{Params, Sample, State};
 
@@ -7,6 +8,9 @@ use super::{Params, Sample, State};
 const DOUBTFUL: f64 = 4.0;
 /// How far the first frame of all may move `far_dist`, as a factor: nothing has confirmed it.
 const UNCONFIRMED: f64 = 1.1;
+
+/// Shares of the way.
+const SHARES: [f64; 4] = [1.0, 0.8, 0.6, 0.4];
 
 /// Chooses the `far_dist` of the next frame, m, within the range of `params`.
 ///
@@ -25,6 +29,14 @@ pub fn step(params: &Params, mut state: State, sample: Option<Sample>) -> (State
 
 impl State {
     fn react(&mut self, sample: Sample, target_ms: f64) {
+        let mut with = self.recent;
+        with.push(sample);
+        if let Some(aim) = exact::aim(&with, target_ms) {
+            self.suspect = None;
+            self.recent = with;
+            self.far_dist_m = aim;
+            return;
+        }
         let scatter = self.scatter();
         if let Some(family) = Family::explaining(&self.recent, target_ms, scatter) {
             let surprise = family.surprise(sample);
@@ -45,9 +57,11 @@ impl State {
         if let Some(family) = Family::explaining(&self.recent, target_ms, self.scatter()) {
             let from = sample.far_dist_m;
             let aim = family.aim(sample);
-            self.far_dist_m = match self.recent.samples().nth(1) {
-                Some(_) => aim,
-                None => aim.max(from / UNCONFIRMED).min(from * UNCONFIRMED),
+            let same = self.recent.samples().take_while(|s| s.far_dist_m == from).count();
+            self.far_dist_m = match same {
+                1 if self.recent.samples().nth(1).is_none() => aim.max(from / UNCONFIRMED).min(from * UNCONFIRMED),
+                1 => aim,
+                n => from * (aim / from).powf(SHARES[(n - 2) % SHARES.len()]),
             };
         }
     }

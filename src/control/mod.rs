@@ -43,6 +43,7 @@
 //! why reacting to the last frame alone swings, Funkhouser and Séquin, "Adaptive display
 //! algorithm for interactive frame rates", 1993.
 
+mod exact;
 mod family;
 mod law;
 mod params;
