@@ -4,37 +4,40 @@
 use super::Sample;
 use super::state::{FRAMES, Memory};
 
-/// How many values of c are tried.
-const MEMBERS: usize = 14;
-/// How far c stays below what it can be at most, the fastest frame or [`LARGEST_BASE`]: all of it
-/// for the first member, and so much less for each that follows. Where a frame is little more than
-/// c, what is left decides.
-const NEXT_PART: f64 = 0.65;
-/// Largest c, in parts of the target.
-pub(super) const LARGEST_BASE: f64 = 0.5;
+/// How many exponents are tried.
+const MEMBERS: usize = 9;
+/// Fewer plausible members than this are too few, and so often they are spread closer.
+const FEW: usize = 4;
+const ZOOMS: usize = 6;
 /// Exponents of any city.
 pub(super) const EXPONENTS: [f64; 2] = [1.0, 3.0];
 /// The exponent before anything is seen, and its standard deviation.
-const PRIOR: [f64; 2] = [2.0, 1.0];
+const USUAL_EXPONENT: [f64; 2] = [2.0, 1.0];
+/// Largest c, in parts of the target.
+pub(super) const LARGEST_BASE: f64 = 0.5;
+/// c before anything is seen, and its standard deviation.
+const USUAL_BASE: [f64; 2] = [0.25, 0.15];
 /// How much less each older sample counts.
 const FADING: f64 = 0.88;
 /// A sample whose frame time is e times the target, or a part of it, counts half: plants are
 /// power laws only nearby.
 const NEARBY: f64 = 1.0;
-/// A member is plausible up to so many standard deviations from the best one, and its exponent
-/// up to so many from its estimate.
+/// A member is plausible up to so many standard deviations from the best one, and so is what it
+/// predicts.
 const PLAUSIBLE: f64 = 2.0;
-/// How far the steepest plausible plant may pass the target.
+/// How far a plausible plant may pass the target: so much, or so many standard deviations of what
+/// frames scatter anyway.
 const MARGIN: f64 = 0.08;
+const MARGIN_SCATTER: f64 = 4.0;
 
 /// A frame: ln D, and T in parts of the target.
 #[derive(Debug, Clone, Copy, Default)]
 struct Point {
     x: f64,
     y: f64,
-    /// How much it counts.
-    weight: f64,
     fade: f64,
+    /// How much an error of the size of y counts.
+    weight: f64,
 }
 
 impl Point {
@@ -44,22 +47,20 @@ impl Point {
         Self {
             x: sample.far_dist_m.ln(),
             y,
-            weight: fade / (1.0 + off * off),
             fade,
+            weight: fade / (1.0 + off * off),
         }
     }
 }
 
-/// One value of c with the line ln(y − c) = u + p·(x − x̄) that fits best.
+/// One exponent with the c and a that fit best, a at the distance of the newest frame.
 #[derive(Debug, Clone, Copy, Default)]
 struct Member {
-    base: f64,
     exponent: f64,
-    exponent_variance: f64,
-    mean_x: f64,
-    mean_u: f64,
-    /// Sum of the weights: the inverse variance of `mean_u`.
-    weight: f64,
+    base: f64,
+    scale: f64,
+    /// Of base and scale: variance, covariance, variance.
+    spread: [f64; 3],
     /// Misfit in squared standard deviations, less that of the best member.
     misfit: f64,
 }
@@ -68,6 +69,7 @@ struct Member {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Family {
     members: [Member; MEMBERS],
+    origin: f64,
     scatter: f64,
     target_ms: f64,
 }
@@ -84,28 +86,26 @@ impl Family {
             fade *= FADING;
         }
         let points = places.get(..count)?;
-        let fastest = points.iter().map(|point| point.y).reduce(f64::min)?;
-        let mut part = 1.0;
-        let mut members = [Member::default(); MEMBERS];
-        for member in &mut members {
-            let base = fastest.min(LARGEST_BASE) * (1.0 - part);
-            *member = Member::fitted(base, points);
-            part *= NEXT_PART;
-        }
-        let best = members.iter().map(|m| m.misfit).fold(f64::MAX, f64::min);
-        for member in &mut members {
-            member.misfit -= best;
+        let origin = points.first()?.x;
+        let mut range = EXPONENTS;
+        let mut members = Member::all(range, origin, points);
+        for _ in 0..ZOOMS {
+            let Some(closer) = closer(range, &members) else {
+                break;
+            };
+            range = closer;
+            members = Member::all(range, origin, points);
         }
         Some(Self {
             members,
+            origin,
             scatter,
             target_ms,
         })
     }
 
     fn plausible(&self) -> impl Iterator<Item = &Member> {
-        let plausible = |member: &&Member| member.misfit <= PLAUSIBLE * PLAUSIBLE;
-        self.members.iter().filter(plausible)
+        self.members.iter().filter(|member| member.is_plausible())
     }
 
     /// By how much a frame took longer than any plausible plant explains: ln of the ratio, less
@@ -113,7 +113,12 @@ impl Family {
     pub(super) fn surprise(&self, sample: Sample) -> f64 {
         let point = Point::of(sample, self.target_ms, 1.0);
         self.plausible()
-            .map(|member| member.residual(point, self.scatter))
+            .map(|member| {
+                let growth = (member.exponent * (point.x - self.origin)).exp();
+                let time = member.base + member.scale * growth;
+                let open = member.variance(growth) / (time * time);
+                (point.y / time).ln() / (1.0 + open / (self.scatter * self.scatter)).sqrt()
+            })
             .fold(
                 f64::INFINITY,
                 |least, r| if r.abs() < least.abs() { r } else { least },
@@ -127,82 +132,118 @@ impl Family {
         for member in &self.members {
             let likelihood = (-0.5 * member.misfit).exp();
             total += likelihood;
-            sum += likelihood * member.meets(1.0, member.exponent);
+            sum += likelihood * member.meets(1.0, 0.0);
         }
-        let estimate = sum / total;
-        let reaches = |member: &Member, time| member.meets(time, member.steepest());
-        let up = || self.plausible().map(|m| reaches(m, 1.0 + MARGIN));
-        let down = || self.plausible().map(|m| reaches(m, 1.0 - MARGIN));
+        let estimate = self.origin + sum / total;
+        let margin = MARGIN.max(MARGIN_SCATTER * self.scatter).min(0.4);
+        let reaches = |time, sign: f64| {
+            self.plausible()
+                .map(move |m| self.origin + m.meets(time, sign * PLAUSIBLE))
+        };
         let aim = if estimate > from {
-            estimate.min(up().fold(f64::INFINITY, f64::min).max(from))
+            let up = reaches(1.0 + margin, 1.0).fold(f64::INFINITY, f64::min);
+            estimate.min(up.max(from))
         } else {
-            estimate.max(down().fold(f64::NEG_INFINITY, f64::max).min(from))
+            let down = reaches(1.0 - margin, -1.0).fold(f64::NEG_INFINITY, f64::max);
+            estimate.max(down.min(from))
         };
         aim.exp()
     }
 }
 
+/// The exponents around the plausible members, where these are too few to tell how far they reach.
+fn closer([low, high]: [f64; 2], members: &[Member; MEMBERS]) -> Option<[f64; 2]> {
+    if members.iter().filter(|m| m.is_plausible()).count() >= FEW {
+        return None;
+    }
+    let cell = (high - low) / (MEMBERS - 1) as f64;
+    let first = members.iter().find(|m| m.is_plausible())?.exponent;
+    let last = members.iter().rfind(|m| m.is_plausible())?.exponent;
+    Some([(first - cell).max(low), (last + cell).min(high)])
+}
+
 impl Member {
-    /// Weighted least squares with a prior on the exponent. An error of T counts in ln(T − c) by
-    /// T/(T − c) as much.
-    fn fitted(base: f64, points: &[Point]) -> Self {
-        let mut rows = [(0.0, 0.0, 0.0); FRAMES];
+    /// With exponents evenly spread over a range.
+    fn all([low, high]: [f64; 2], origin: f64, points: &[Point]) -> [Self; MEMBERS] {
+        let mut members = [Self::default(); MEMBERS];
+        for (n, member) in members.iter_mut().enumerate() {
+            let part = n as f64 / (MEMBERS - 1) as f64;
+            *member = Self::fitted(low + part * (high - low), origin, points);
+        }
+        let best = members.iter().map(|m| m.misfit).fold(f64::MAX, f64::min);
+        for member in &mut members {
+            member.misfit -= best;
+        }
+        members
+    }
+
+    fn is_plausible(&self) -> bool {
+        self.misfit <= PLAUSIBLE * PLAUSIBLE
+    }
+
+    /// Weighted least squares with a prior on c. Then the curve is moved so that half of the
+    /// weight lies above it: frame times have a long tail, and the median is what is held.
+    fn fitted(exponent: f64, origin: f64, points: &[Point]) -> Self {
+        let [usual, deviation] = USUAL_BASE;
+        let prior = 1.0 / (deviation * deviation);
+        let mut rows = [(0.0, 0.0, 0.0, 0.0); FRAMES];
+        let (mut cc, mut ca, mut aa, mut cy, mut ay) = (prior, 0.0, 0.0, usual * prior, 0.0);
         for (row, point) in rows.iter_mut().zip(points) {
-            let part = 1.0 - base / point.y;
-            *row = (point.x, (part * point.y).ln(), part * part * point.weight);
+            let g = (exponent * (point.x - origin)).exp();
+            let w = point.weight / (point.y * point.y);
+            *row = (g, point.y, w, point.fade);
+            cc += w;
+            ca += w * g;
+            aa += w * g * g;
+            cy += w * point.y;
+            ay += w * g * point.y;
         }
         let rows = &rows[..points.len()];
-        let (mut weight, mut sum_x, mut sum_u) = (0.0, 0.0, 0.0);
-        for &(x, u, w) in rows {
-            weight += w;
-            sum_x += w * x;
-            sum_u += w * u;
-        }
-        let (mean_x, mean_u) = (sum_x / weight, sum_u / weight);
-        let (mut spread_xx, mut spread_xu, mut spread_uu) = (0.0, 0.0, 0.0);
-        for &(x, u, w) in rows {
-            let (dx, du) = (x - mean_x, u - mean_u);
-            spread_xx += w * dx * dx;
-            spread_xu += w * dx * du;
-            spread_uu += w * du * du;
-        }
-        let [usual, deviation] = PRIOR;
-        let prior = 1.0 / (deviation * deviation);
-        let exponent = (spread_xu + usual * prior) / (spread_xx + prior);
-        let exponent = exponent.clamp(EXPONENTS[0], EXPONENTS[1]);
-        let of_line = spread_uu - 2.0 * exponent * spread_xu + exponent * exponent * spread_xx;
+        let det = cc * aa - ca * ca;
+        let spread = [aa / det, -ca / det, cc / det];
+        let base = ((aa * cy - ca * ay) / det).clamp(0.0, LARGEST_BASE);
+        let scale = ((ay - ca * base) / aa).max(1e-12);
+        let mut misfit = (base - usual).powi(2) * prior
+            + ((exponent - USUAL_EXPONENT[0]) / USUAL_EXPONENT[1]).powi(2);
         let mut residuals = [(0.0, 0.0); FRAMES];
-        for ((residual, &(x, u, _)), point) in residuals.iter_mut().zip(rows).zip(points) {
-            *residual = (u - mean_u - exponent * (x - mean_x), point.fade);
+        for (residual, &(g, y, w, fade)) in residuals.iter_mut().zip(rows) {
+            let time = base + scale * g;
+            misfit += w * (y - time).powi(2);
+            *residual = ((y / time).ln(), fade);
         }
-        let shift = median(&mut residuals[..points.len()]);
+        let shift = median(&mut residuals[..rows.len()]).exp();
         Self {
-            base,
             exponent,
-            exponent_variance: 1.0 / (spread_xx + prior),
-            mean_x,
-            mean_u: mean_u + shift,
-            weight,
-            misfit: of_line.max(0.0) + (exponent - usual).powi(2) * prior,
+            base: base * shift,
+            scale: scale * shift,
+            spread,
+            misfit,
         }
     }
 
-    fn steepest(&self) -> f64 {
-        let steep = self.exponent + PLAUSIBLE * self.exponent_variance.sqrt();
-        steep.min(EXPONENTS[1])
+    /// Variance of the frame time where what is drawn has grown so much.
+    fn variance(&self, growth: f64) -> f64 {
+        let [base, both, scale] = self.spread;
+        (base + 2.0 * both * growth + scale * growth * growth).max(0.0)
     }
 
-    /// ln of the `far_dist` at which a frame takes `time` targets.
-    fn meets(&self, time: f64, exponent: f64) -> f64 {
-        self.mean_x + ((time - self.base).ln() - self.mean_u) / exponent
-    }
-
-    fn residual(&self, point: Point, scatter: f64) -> f64 {
-        let dx = point.x - self.mean_x;
-        let grown = (self.mean_u + self.exponent * dx).exp();
-        let part = grown / (self.base + grown);
-        let open = part * part * (1.0 / self.weight + dx * dx * self.exponent_variance);
-        (point.y / (self.base + grown)).ln() / (1.0 + open / (scatter * scatter)).sqrt()
+    /// ln of the `far_dist`, from the origin, at which a frame takes `time` targets, where it takes
+    /// so many standard deviations more than expected.
+    fn meets(&self, time: f64, deviations: f64) -> f64 {
+        let room = time - self.base;
+        let growth = if deviations == 0.0 {
+            room / self.scale
+        } else {
+            // (room − a·g)² = k²·variance(g), the root where k has the sign of `deviations`.
+            let k2 = deviations * deviations;
+            let [vc, vca, va] = self.spread;
+            let qa = self.scale * self.scale - k2 * va;
+            let qb = room * self.scale + k2 * vca;
+            let qc = room * room - k2 * vc;
+            let root = (qb * qb - qa * qc).max(0.0).sqrt();
+            if deviations > 0.0 { qc / (qb + root) } else if qa > 0.0 { (qb + root) / qa } else { f64::INFINITY }
+        };
+        growth.max(1e-12).ln() / self.exponent
     }
 }
 

@@ -43,7 +43,10 @@ impl State {
             self.notice(surprise);
             if surprise.abs() > DOUBTFUL * scatter {
                 let before = self.suspect.filter(Sample::is_usable);
-                let agrees = |first: &Sample| family.surprise(*first) * surprise > 0.0;
+                let agrees = |first: &Sample| {
+                    let ratio = family.surprise(*first) / surprise;
+                    (0.5..=2.0).contains(&ratio)
+                };
                 let Some(first) = before.filter(agrees) else {
                     self.suspect = Some(sample);
                     return;
