@@ -17,11 +17,15 @@ const USUAL_EXPONENT: [f64; 2] = [2.0, 1.0];
 pub(super) const LARGEST_BASE: f64 = 0.5;
 /// c before anything is seen, and its standard deviation.
 const USUAL_BASE: [f64; 2] = [0.25, 0.15];
+/// Between which parts of the weight the middle of the frames lies: nearly their median, with less scatter.
+const MIDDLE: [f64; 2] = [0.3, 0.7];
 /// How much less each older sample counts.
-const FADING: f64 = 0.88;
+const FADING: f64 = 0.9;
 /// A sample whose frame time is e times the target, or a part of it, counts half: plants are
 /// power laws only nearby.
 const NEARBY: f64 = 1.0;
+/// The same for the middle: by ln D, which does not favour the fast frames.
+const AWAY: f64 = 0.5;
 /// A member is plausible up to so many standard deviations from the best one, and so is what it
 /// predicts.
 const PLAUSIBLE: f64 = 2.0;
@@ -191,7 +195,8 @@ impl Member {
         for (row, point) in rows.iter_mut().zip(points) {
             let g = (exponent * (point.x - origin)).exp();
             let w = point.weight / (point.y * point.y);
-            *row = (g, point.y, w, point.fade);
+            let away = (point.x - origin) / AWAY;
+            *row = (g, point.y, w, point.fade / (1.0 + away * away));
             cc += w;
             ca += w * g;
             aa += w * g * g;
@@ -211,7 +216,7 @@ impl Member {
             misfit += w * (y - time).powi(2);
             *residual = ((y / time).ln(), fade);
         }
-        let shift = median(&mut residuals[..rows.len()]).exp();
+        let shift = middle(&mut residuals[..rows.len()]).exp();
         Self {
             exponent,
             base: base * shift,
@@ -247,20 +252,16 @@ impl Member {
     }
 }
 
-/// Weighted median of (value, weight), between neighbours.
-fn median(values: &mut [(f64, f64)]) -> f64 {
+/// Mean of the values, each with its weight, in the middle of the weight ([`MIDDLE`]).
+fn middle(values: &mut [(f64, f64)]) -> f64 {
     values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    let half = 0.5 * values.iter().map(|v| v.1).sum::<f64>();
-    let mut below = 0.0;
-    let mut last: Option<(f64, f64)> = None;
+    let total: f64 = values.iter().map(|value| value.1).sum();
+    let [low, high] = MIDDLE.map(|part| part * total);
+    let (mut below, mut sum) = (0.0, 0.0);
     for &(value, weight) in values.iter() {
-        let at = below + 0.5 * weight;
-        if at >= half {
-            let Some((v, a)) = last else { return value };
-            return v + (value - v) * (half - a) / (at - a);
-        }
-        last = Some((value, at));
-        below += weight;
+        let above = below + weight;
+        sum += value * (f64::min(above, high) - f64::max(below, low)).max(0.0);
+        below = above;
     }
-    last.map_or(0.0, |l| l.0)
+    sum / (high - low)
 }
