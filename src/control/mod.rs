@@ -43,10 +43,12 @@
 //! why reacting to the last frame alone swings, Funkhouser and Séquin, "Adaptive display
 //! algorithm for interactive frame rates", 1993.
 
-mod exact;
+mod curve;
 mod family;
 mod law;
+mod member;
 mod params;
+mod plant;
 mod state;
 
 pub use law::step;
