@@ -33,23 +33,23 @@ impl Family {
     /// Fits every member; `scatter` is the relative standard deviation of frame times. `None`
     /// where there is no frame.
     pub(super) fn explaining(memory: &Memory, target_ms: f64, scatter: f64) -> Option<Self> {
+        let origin = memory.samples().next()?.far_dist_m.ln();
         let mut places = [Point::default(); FRAMES];
         let (mut count, mut weight) = (0, 1.0 / (scatter * scatter));
         for (place, sample) in places.iter_mut().zip(memory.samples()) {
-            *place = Point::of(sample, target_ms, weight);
+            *place = Point::of(sample, target_ms, origin, weight);
             count += 1;
             weight *= FADING;
         }
         let points = places.get(..count)?;
-        let origin = points.first()?.x;
         let mut exponents = EXPONENTS;
-        let mut members = spread(exponents, origin, points);
+        let mut members = spread(exponents, points);
         for _ in 0..CLOSER {
             let Some(closer) = closer(exponents, &members) else {
                 break;
             };
             exponents = closer;
-            members = spread(exponents, origin, points);
+            members = spread(exponents, points);
         }
         Some(Self {
             members,
@@ -66,9 +66,9 @@ impl Family {
     /// By how much a frame took longer than any plausible plant explains: ln of the ratio, less
     /// what the plant itself leaves open. Negative where it was faster.
     pub(super) fn surprise(&self, sample: Sample) -> f64 {
-        let point = Point::of(sample, self.target_ms, 1.0);
+        let point = Point::of(sample, self.target_ms, self.origin, 1.0);
         let surprises = self.plausible().map(|member| {
-            let (time, variance) = member.predicts(point.x - self.origin);
+            let (time, variance) = member.predicts(point.x);
             let open = variance / (time * self.scatter).powi(2);
             (point.y / time).ln() / (1.0 + open).sqrt()
         });
@@ -103,11 +103,11 @@ impl Family {
 }
 
 /// Members with exponents evenly spread over a range, misfits less that of the best.
-fn spread([low, high]: [f64; 2], origin: f64, points: &[Point]) -> [Member; MEMBERS] {
+fn spread([low, high]: [f64; 2], points: &[Point]) -> [Member; MEMBERS] {
     let mut members = [Member::default(); MEMBERS];
     for (n, member) in members.iter_mut().enumerate() {
         let part = n as f64 / (MEMBERS - 1) as f64;
-        *member = Member::fitted(low + part * (high - low), origin, points);
+        *member = Member::fitted(low + part * (high - low), points);
     }
     let best = members.iter().map(|m| m.misfit).fold(f64::MAX, f64::min);
     for member in &mut members {

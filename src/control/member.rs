@@ -20,32 +20,32 @@ const MIDDLE: [f64; 2] = [0.3, 0.7];
 /// run out.
 const TIMES: [f64; 2] = [1e-9, 1e9];
 const FARTHEST: f64 = 60.0;
+/// Nothing costs less, in parts of the target.
+const LEAST_SCALE: f64 = 1e-12;
 
-/// A frame: ln D, and T in parts of the target.
+/// A frame seen from the newest: x = ln(D/D₀), y = T in parts of the target.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Point {
     pub(super) x: f64,
     pub(super) y: f64,
-    /// How much it counts for its age and scatter: one over a relative variance.
-    weight: f64,
+    /// One over the variance of T.
+    in_fit: f64,
+    /// By distance, not by time: that would favour the fast frames.
+    in_middle: f64,
 }
 
 impl Point {
-    pub(super) fn of(sample: Sample, target_ms: f64, weight: f64) -> Self {
+    /// `origin`: ln D₀; `weight`: what it counts for its age and scatter.
+    pub(super) fn of(sample: Sample, target_ms: f64, origin: f64, weight: f64) -> Self {
+        let x = (sample.far_dist_m.ln() - origin).clamp(-FARTHEST, FARTHEST);
+        let y = (sample.frame_ms / target_ms).clamp(TIMES[0], TIMES[1]);
+        let half = |off: f64, reach: f64| weight / (1.0 + (off / reach).powi(2));
         Self {
-            x: sample.far_dist_m.ln(),
-            y: (sample.frame_ms / target_ms).clamp(TIMES[0], TIMES[1]),
-            weight,
+            x,
+            y,
+            in_fit: half(y.ln(), FIT_REACH) / (y * y),
+            in_middle: half(x, MIDDLE_REACH),
         }
-    }
-
-    fn in_fit(&self) -> f64 {
-        self.weight / (1.0 + (self.y.ln() / FIT_REACH).powi(2))
-    }
-
-    /// By distance, not by time: that would favour the fast frames.
-    fn in_middle(&self, origin: f64) -> f64 {
-        self.weight / (1.0 + ((self.x - origin) / MIDDLE_REACH).powi(2))
     }
 }
 
@@ -64,14 +64,15 @@ pub(super) struct Member {
 impl Member {
     /// Least squares with c near what is usual. Then the curve is moved to the middle of the
     /// frames: their times have a floor and a long tail, and it is the median that is held.
-    pub(super) fn fitted(exponent: f64, origin: f64, points: &[Point]) -> Self {
-        let growth = |x: f64| (exponent * (x - origin).clamp(-FARTHEST, FARTHEST)).exp();
+    pub(super) fn fitted(exponent: f64, points: &[Point]) -> Self {
         let [usual, deviation] = USUAL_BASE;
         let prior = deviation.powi(-2);
         // The normal equations.
         let (mut cc, mut ca, mut aa, mut cy, mut ay) = (prior, 0.0, 0.0, prior * usual, 0.0);
-        for point in points {
-            let (g, w) = (growth(point.x), point.in_fit() / point.y.powi(2));
+        let mut grown = [0.0; FRAMES];
+        for (g, point) in grown.iter_mut().zip(points) {
+            *g = (exponent * point.x).exp();
+            let (g, w) = (*g, point.in_fit);
             cc += w;
             ca += w * g;
             aa += w * g * g;
@@ -80,15 +81,15 @@ impl Member {
         }
         let det = cc * aa - ca * ca;
         let base = ((aa * cy - ca * ay) / det).clamp(0.0, LARGEST_BASE);
-        let scale = ((ay - ca * base) / aa).max(f64::MIN_POSITIVE.sqrt());
+        let scale = ((ay - ca * base) / aa).max(LEAST_SCALE);
         let [usual_exponent, deviation] = USUAL_EXPONENT;
         let mut misfit =
             prior * (base - usual).powi(2) + ((exponent - usual_exponent) / deviation).powi(2);
         let mut ratios = [(0.0, 0.0); FRAMES];
-        for (ratio, point) in ratios.iter_mut().zip(points) {
-            let over = point.y / (base + scale * growth(point.x));
-            misfit += point.in_fit() * (1.0 - 1.0 / over).powi(2);
-            *ratio = (over.ln(), point.in_middle(origin));
+        for ((ratio, g), point) in ratios.iter_mut().zip(grown).zip(points) {
+            let time = base + scale * g;
+            misfit += point.in_fit * (point.y - time).powi(2);
+            *ratio = ((point.y / time).ln(), point.in_middle);
         }
         let moved = middle(&mut ratios[..points.len()]).exp();
         Self {
@@ -104,9 +105,9 @@ impl Member {
         self.misfit <= PLAUSIBLE * PLAUSIBLE
     }
 
-    /// Frame time at a distance, and its variance; `x`: ln(D/D₀).
+    /// Frame time at a distance, and its variance; `x` = ln(D/D₀).
     pub(super) fn predicts(&self, x: f64) -> (f64, f64) {
-        let g = (self.exponent * x.clamp(-FARTHEST, FARTHEST)).exp();
+        let g = (self.exponent * x).exp();
         let [base, both, scale] = self.spread;
         let variance = base + 2.0 * both * g + scale * g * g;
         (self.base + self.scale * g, variance.max(0.0))
