@@ -47,9 +47,7 @@ impl Curve {
     fn fitted(points: &[(f64, f64)]) -> Option<Self> {
         let (&(x0, y0), &(x2, y2)) = (points.first()?, points.last()?);
         let off = |x: f64| (x - 0.5 * (x0 + x2)).abs();
-        let &(x1, y1) = points
-            .iter()
-            .min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
+        let &(x1, y1) = points.iter().min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
         // The growth over the whole against that up to the middle: it rises with the exponent.
         let bend = |p: f64| (p * (x2 - x0)).exp_m1() / (p * (x1 - x0)).exp_m1();
         let wanted = (y2 - y0) / (y1 - y0);
