@@ -124,6 +124,8 @@ fn closer([low, high]: [f64; 2], members: &[Member; MEMBERS]) -> Option<[f64; 2]
         return None;
     }
     let first = plausible.next()?.exponent;
-    let last = plausible.last().map_or(first, |member| member.exponent);
+    let last = plausible
+        .next_back()
+        .map_or(first, |member| member.exponent);
     Some([(first - step).max(low), (last + step).min(high)])
 }
