@@ -62,7 +62,7 @@ pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
         );
     }
     if let Some(hint) = hint {
-        eprintln!("{hint}");
+        say!("{hint}");
     }
     Ok(())
 }

@@ -59,7 +59,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         legend(&tree, selection);
     }
     if let Some(hint) = hint {
-        eprintln!("{hint}");
+        say!("{hint}");
     }
     Ok(())
 }

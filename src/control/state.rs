@@ -10,7 +10,7 @@ pub(super) const FRAMES: usize = 16;
 /// Least relative standard deviation of frame times: clocks and schedulers are no better.
 const LEAST_SCATTER: f64 = 0.01;
 /// What is taken for it before frames were seen.
-const USUAL_SCATTER: f64 = 0.02;
+const USUAL_SCATTER: f64 = 0.04;
 /// One part in so many is what a frame adds to the estimate of the scatter, and at most so many
 /// standard deviations.
 const SCATTER_FRAMES: f64 = 8.0;

@@ -4,43 +4,25 @@
 mod flight;
 mod rivals;
 mod scenario;
+mod score;
+mod tables;
 
-use rayon::prelude::*;
-use serde_json::{Value, json};
-
-use super::plot::{self, Labels, Series};
-use super::report::{Plot, Table, circumstances};
+use super::report::Plot;
 use super::{Progress, Report, ReportError};
 use crate::control::Params;
 use rivals::Rule;
-use scenario::{FRAMES, RANGE_M, Run, SCENARIOS, Scenario, Score, TARGET_MS};
-
-const SEEDS: u64 = 1_000;
-/// The scenarios that are drawn.
-const DRAWN: [&str; 5] = [
-    "start far below",
-    "start far above",
-    "load step up",
-    "noise 10 %",
-    "spike",
-];
-
-/// Over all seeds of a scenario.
-struct Row {
-    scenario: &'static str,
-    rule: Rule,
-    worst: Score,
-    median_settle: Option<usize>,
-    held: u64,
-}
+use scenario::{DRAWN, RANGE_M, SCENARIOS, TARGET_MS};
+use tables::{Row, drawn, report};
 
 pub(super) fn run(progress: &Progress) -> Result<Report, ReportError> {
-    let params = params()?;
+    let [least, most] = RANGE_M;
+    let params = Params::new(TARGET_MS, least, most)
+        .map_err(|error| ReportError::Plot(error.to_string()))?;
     let mut rows = Vec::new();
     let mut plots = Vec::new();
     for scenario in &SCENARIOS {
         progress(scenario.name);
-        rows.extend(Rule::ALL.map(|rule| over_seeds(scenario, rule, &params)));
+        rows.extend(Rule::ALL.map(|rule| Row::over_seeds(scenario, rule, &params)));
         if DRAWN.contains(&scenario.name) {
             let runs = Rule::ALL.map(|rule| (rule, scenario.run(rule, &params, 1).0));
             plots.push(drawn(scenario.name, &runs)?);
@@ -57,148 +39,4 @@ pub(super) fn run(progress: &Progress) -> Result<Report, ReportError> {
     );
     let flown = flights.iter().map(|(rule, run)| (*rule, flight::held(run)));
     Ok(report(&rows, &flown.collect::<Vec<_>>(), plots))
-}
-
-fn params() -> Result<Params, ReportError> {
-    let [least, most] = RANGE_M;
-    Params::new(TARGET_MS, least, most).map_err(|error| ReportError::Plot(error.to_string()))
-}
-
-fn over_seeds(scenario: &Scenario, rule: Rule, params: &Params) -> Row {
-    let scores: Vec<Score> = (0..SEEDS)
-        .into_par_iter()
-        .map(|seed| scenario.run(rule, params, seed).1)
-        .collect();
-    let largest = |of: fn(&Score) -> f64| scores.iter().map(of).fold(0.0, f64::max);
-    // One that never settles comes after all that do.
-    let mut settled: Vec<usize> = scores
-        .iter()
-        .map(|s| s.settle_frames.unwrap_or(FRAMES))
-        .collect();
-    settled.sort_unstable();
-    let settles = |at: usize| settled.get(at).copied().filter(|n| *n < FRAMES);
-    Row {
-        scenario: scenario.name,
-        rule,
-        worst: Score {
-            settle_frames: settles(settled.len() - 1),
-            overshoot_pct: largest(|s| s.overshoot_pct),
-            rms_pct: largest(|s| s.rms_pct),
-            limit_cycle: scores.iter().any(|s| s.limit_cycle),
-        },
-        median_settle: settles(settled.len() / 2),
-        held: scores.iter().filter(|score| scenario.holds(score)).count() as u64,
-    }
-}
-
-fn drawn(name: &str, runs: &[(Rule, Run)]) -> Result<Plot, ReportError> {
-    let series = |of: fn(&Run) -> &[f64]| -> Vec<Series> {
-        let lines = runs.iter().map(|(rule, run)| Series {
-            name: rule.name().into(),
-            points: (0_u32..)
-                .map(f64::from)
-                .zip(of(run).iter().copied())
-                .collect(),
-            reference: false,
-        });
-        lines.collect()
-    };
-    let mut times = series(|run| &run.times_ms);
-    let frames = runs.first().map_or(0, |(_, run)| run.times_ms.len());
-    times.push(Series {
-        name: "target".into(),
-        points: vec![(0.0, TARGET_MS), (frames as f64, TARGET_MS)],
-        reference: true,
-    });
-    let labels = |title, y| Labels {
-        title,
-        x: "frame",
-        y,
-    };
-    let title = format!("Frame time and far_dist: {name}");
-    let above = (labels(&title, "frame time, ms"), times);
-    let below = (labels("", "far_dist, m"), series(|run| &run.far_dists));
-    Ok(Plot {
-        name: name.replace(" %", "").replace(' ', "-"),
-        svg: plot::over_frames(&[above, below])?,
-    })
-}
-
-fn report(rows: &[Row], flown: &[(Rule, (f64, f64))], plots: Vec<Plot>) -> Report {
-    let settle = |n: Option<usize>| n.map_or("-".into(), |n| n.to_string());
-    let table = rows.iter().map(|row| {
-        vec![
-            row.scenario.into(),
-            row.rule.name().into(),
-            settle(row.median_settle),
-            settle(row.worst.settle_frames),
-            format!("{:.1}", row.worst.overshoot_pct),
-            format!("{:.1}", row.worst.rms_pct),
-            if row.worst.limit_cycle { "yes" } else { "no" }.into(),
-            row.held.to_string(),
-        ]
-    });
-    let flight = flown.iter().map(|(rule, (off, late))| {
-        vec![
-            rule.name().into(),
-            format!("{off:.1}"),
-            format!("{late:.1}"),
-        ]
-    });
-    let records: Vec<Value> = rows
-        .iter()
-        .map(|row| {
-            json!({
-                "scenario": row.scenario, "controller": row.rule.name(), "seeds": SEEDS,
-                "settle_frames": row.worst.settle_frames,
-                "median_settle_frames": row.median_settle,
-                "overshoot_pct": row.worst.overshoot_pct, "rms_pct": row.worst.rms_pct,
-                "limit_cycle": row.worst.limit_cycle, "seeds_held": row.held,
-            })
-        })
-        .collect();
-    let flights: Vec<Value> = flown
-        .iter()
-        .map(|(rule, (off, late))| {
-            json!({ "controller": rule.name(), "median_off_pct": off, "late_pct": late })
-        })
-        .collect();
-    let parameters = json!({
-        "target_ms": TARGET_MS, "far_dist_m": RANGE_M, "seeds": SEEDS, "frames": FRAMES,
-    });
-    Report {
-        name: "controller",
-        text: format!(
-            "Frame time held at {TARGET_MS} ms; the worst of {SEEDS} plants a scenario. Settled: within 5 % for good, \
-             frames beyond the delay.\nHeld: seeds that settle in 12 frames, overshoot by at most \
-             10 %, move far_dist by at most 6 % under noise\nand 10 % at a spike, and do not cycle."
-        ),
-        tables: vec![
-            Table {
-                columns: vec![
-                    "scenario",
-                    "controller",
-                    "median_settle",
-                    "settle_frames",
-                    "overshoot_pct",
-                    "rms_pct",
-                    "limit_cycle",
-                    "held",
-                ],
-                rows: table.collect(),
-                ..Table::default()
-            },
-            Table {
-                name: "flight",
-                title: "Suburb, downtown, suburb: 200,000 objects, 600 frames".into(),
-                columns: vec!["controller", "median_off_pct", "late_pct"],
-                rows: flight.collect(),
-            },
-        ],
-        plots,
-        json: json!({
-            "rows": records, "flight": flights, "circumstances": circumstances(&parameters),
-        }),
-        ..Report::default()
-    }
 }
