@@ -10,7 +10,7 @@ pub enum Culling {
     /// By the planes of the frustum: keeps some boxes near its corners that do not meet it.
     #[default]
     Fast,
-    /// By separating axes too ([`SeparatingAxes`]): keeps only boxes that meet it.
+    /// By separating axes too ([`SeparatingAxes`](crate::geom::SeparatingAxes)): keeps only boxes that meet it.
     Exact,
 }
 
