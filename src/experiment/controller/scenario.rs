@@ -87,7 +87,7 @@ pub(super) const SCENARIOS: [Scenario; 18] = [
     Scenario { name: "unreachable, then back", load: 1e6, ..PLAIN },
     Scenario { name: "idle, then back", load: 1e-6, ..PLAIN },
     Scenario { name: "long tail", ..LONG },
-    Scenario { name: "long tail, drift", drift: 3.0, ..LONG },
+    Scenario { name: "long tail and drift", drift: 3.0, ..LONG },
     Scenario { name: "ticks", scatter: Scatter::Ticks, ..LONG },
 ];
 /// Those that are drawn.
@@ -98,7 +98,7 @@ pub(super) const DRAWN: [&str; 7] = [
     "noise 10 %",
     "spike",
     "delay 3",
-    "long tail, drift",
+    "long tail and drift",
 ];
 
 /// Frames as they were drawn.
