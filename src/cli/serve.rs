@@ -15,6 +15,7 @@ use crate::scene::{CityParams, generate};
 use crate::service::{Config, Scenes, serve};
 
 #[derive(Debug, Clone, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub(super) struct ServeArgs {
     /// Cities to serve, each under the name of its file; read again on SIGHUP
     pub files: Vec<PathBuf>,

@@ -5,6 +5,7 @@
 //!
 //! Knows nothing of views or HTTP.
 
+mod arrays;
 mod blocks;
 mod bulk;
 mod edit;
@@ -23,11 +24,12 @@ mod texts;
 mod tree;
 mod validate;
 
+pub use arrays::Arrays;
 pub use edit::CityTree;
 pub use envelope::{Candidate, LodEnvelope};
 pub use error::{BuildError, FileError};
 pub use promotion::Promotion;
-pub use tree::{Arrays, LodTree, Object};
+pub use tree::{LodTree, Object};
 pub use validate::{Violation, validate};
 
 use crate::scene::Scene;
