@@ -345,25 +345,19 @@ impl EightDistances {
     /// Boxes certainly nearer than the threshold.
     #[inline]
     pub fn nearer(&self, threshold: &Threshold) -> Lanes {
-        negative(self.squared.simd_lt(threshold.below))
+        self.squared.less(threshold.below)
     }
 
     /// Boxes certainly not nearer than the threshold.
     #[inline]
     pub fn not_nearer(&self, threshold: &Threshold) -> Lanes {
-        negative(self.squared.simd_gt(threshold.above))
+        threshold.above.less(self.squared)
     }
 }
 
 #[cold]
 fn unknown() -> (Lanes, Lanes) {
     (0, 0)
-}
-
-/// The lanes whose sign is negative, those where a comparison holds included.
-#[inline]
-pub(super) fn negative(values: f32x8) -> Lanes {
-    values.to_bitmask()
 }
 
 /// Bit i of byte k becomes bit k of byte i. Source: Warren, "Hacker's Delight", 7-3.

@@ -2,7 +2,7 @@
 
 use wide::{f32x8, i32x8};
 
-use super::filter::{DISTANCE_SLACK, negative};
+use super::filter::DISTANCE_SLACK;
 use super::{EightDistances, Filter, Lanes, PixelScale};
 
 /// Keeps an upper bound of radius/distance in a perspective, of the radius otherwise.
@@ -49,7 +49,7 @@ impl LargestSize {
         } else {
             radii.simd_le(f32x8::splat(self.bound))
         };
-        set & !negative(within)
+        set & !within.to_bitmask()
     }
 
     /// Radii up to these are not larger than the bound at the distances.

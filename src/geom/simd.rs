@@ -3,8 +3,10 @@
 //! Every operation is a single IEEE one, none fused, so the bits are the same in two registers of
 //! four and in one of eight. What is worth it is compiled twice and chosen where it runs
 //! ([`widest`]); there everything on the way must be inlined, so that it is compiled for the
-//! instructions of its caller.
+//! instructions of its caller. It is worth it for walks by size, which take four fifths of the time
+//! with registers of eight; retrieval by range takes as long as before, so it is compiled once.
 
+use std::cell::Cell;
 use std::ops::{Add, BitOr, Mul, Sub};
 
 use wide::f32x8;
@@ -18,7 +20,7 @@ pub trait Floats:
     /// As they lie in memory.
     fn of(floats: &f32x8) -> Self;
     /// As they lie in memory, wherever that begins.
-    fn of_slice(floats: &[f32; 8]) -> Self;
+    fn of_array(floats: &[f32; 8]) -> Self;
     /// The same number eight times.
     fn splat(float: f32) -> Self;
     /// The larger, or the other where one is no number.
@@ -42,7 +44,7 @@ impl Floats for f32x8 {
     }
 
     #[inline(always)]
-    fn of_slice(floats: &[f32; 8]) -> Self {
+    fn of_array(floats: &[f32; 8]) -> Self {
         Self::from(*floats)
     }
 
@@ -77,8 +79,8 @@ impl Floats for f32x8 {
     }
 }
 
-/// Work that is compiled for each kind of register.
-pub trait Work {
+/// A computation that is compiled for each kind of register.
+pub trait Kernel {
     /// What comes of it.
     type Output;
 
@@ -86,14 +88,32 @@ pub trait Work {
     fn run<F: Floats>(self) -> Self::Output;
 }
 
-/// Does the work in the widest registers of this machine.
+/// Runs in the widest registers of this machine.
 #[inline]
-pub fn widest<W: Work>(work: W) -> W::Output {
+pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
-    if let Some(output) = avx2::available() {
-        return avx2::run(output, work);
+    if let Some(available) = avx2::available() {
+        return avx2::run(available, kernel);
     }
-    work.run::<f32x8>()
+    kernel.run::<f32x8>()
+}
+
+thread_local! {
+    static ONLY_FOUR: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does something on this thread as on a machine that has registers of four only: the same comes
+/// of it, in more time. Returns `None` where this is such a machine.
+pub fn in_registers_of_four<T>(work: impl FnOnce() -> T) -> Option<T> {
+    #[cfg(target_arch = "x86_64")]
+    if avx2::available().is_some() {
+        ONLY_FOUR.set(true);
+        let made = work();
+        ONLY_FOUR.set(false);
+        return Some(made);
+    }
+    drop(work);
+    None
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -111,7 +131,7 @@ mod avx2 {
 
     use wide::f32x8;
 
-    use super::{Floats, Work};
+    use super::{Floats, Kernel, ONLY_FOUR};
     use crate::geom::Lanes;
 
     /// Proof that this machine has AVX2.
@@ -120,21 +140,22 @@ mod avx2 {
 
     #[inline]
     pub(super) fn available() -> Option<Available> {
-        let known = is_x86_feature_detected!("avx2")
+        let known = !ONLY_FOUR.get()
+            && is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("bmi1")
             && is_x86_feature_detected!("bmi2");
         known.then_some(Available(()))
     }
 
     #[inline]
-    pub(super) fn run<W: Work>(_: Available, work: W) -> W::Output {
+    pub(super) fn run<K: Kernel>(_: Available, kernel: K) -> K::Output {
         // SAFETY: there is proof that the machine has these instructions.
-        unsafe { compiled(work) }
+        unsafe { compiled(kernel) }
     }
 
     #[target_feature(enable = "avx2,bmi1,bmi2")]
-    fn compiled<W: Work>(work: W) -> W::Output {
-        work.run::<Avx2>()
+    fn compiled<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Avx2>()
     }
 
     /// Eight numbers in one register. There are none but in work that [`run`] does.
@@ -168,7 +189,7 @@ mod avx2 {
         }
 
         #[inline(always)]
-        fn of_slice(floats: &[f32; 8]) -> Self {
+        fn of_array(floats: &[f32; 8]) -> Self {
             Self(unsafe { _mm256_loadu_ps(floats.as_ptr()) })
         }
 
@@ -215,13 +236,13 @@ mod tests {
     /// Every operation on two times eight numbers.
     struct All([f32x8; 2]);
 
-    impl Work for All {
+    impl Kernel for All {
         type Output = ([[u32; 8]; 8], [Lanes; 3]);
 
         #[inline(always)]
         fn run<F: Floats>(self) -> Self::Output {
             let Self([a, b]) = self;
-            let (x, y) = (F::of(&a), F::of_slice(b.as_array()));
+            let (x, y) = (F::of(&a), F::of_array(b.as_array()));
             let all = [
                 x + y,
                 x - y,

@@ -18,7 +18,7 @@ use super::selection::Stats;
 use super::sizing::Sizing;
 use super::survey::Survey;
 use super::{Selection, lanes};
-use crate::geom::{Eight, Filter, Floats, PlaneSet, SizeThreshold, View, Work, widest};
+use crate::geom::{Eight, Filter, Floats, Kernel, PlaneSet, SizeThreshold, View, widest};
 use crate::index::LodTree;
 
 /// Two sizes, pixels, `least` ≤ `sure`.
@@ -113,12 +113,12 @@ pub(super) fn sweep(
     let mut next = 0;
     for level in (0..tree.level_count()).rev() {
         sweep.start(tree.level_count() - level);
-        widest(LookAt {
+        widest(JudgeNodes {
             sweep: &mut sweep,
             level,
             open,
         });
-        widest(List {
+        widest(ListObjects {
             sweep: &mut sweep,
             next: &mut next,
             ranges,
@@ -139,13 +139,13 @@ struct Sweep<'a> {
 }
 
 /// Decides of the nodes of a level.
-struct LookAt<'a, 'b> {
+struct JudgeNodes<'a, 'b> {
     sweep: &'a mut Sweep<'b>,
     level: u32,
     open: &'a [Open],
 }
 
-impl Work for LookAt<'_, '_> {
+impl Kernel for JudgeNodes<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -157,13 +157,13 @@ impl Work for LookAt<'_, '_> {
 }
 
 /// Lists the objects that a level adds: those that are sure.
-struct List<'a, 'b> {
+struct ListObjects<'a, 'b> {
     sweep: &'a mut Sweep<'b>,
     next: &'a mut u32,
     ranges: &'a mut Ranges,
 }
 
-impl Work for List<'_, '_> {
+impl Kernel for ListObjects<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -267,7 +267,7 @@ impl Sweep<'_> {
             Some(radii) if level > 0 => match radii.first_chunk::<8>() {
                 Some(hidden) => self
                     .sizing
-                    .large_enough(F::of_slice(hidden), &distances, large),
+                    .large_enough(F::of_array(hidden), &distances, large),
                 None => 0, // only in a damaged file
             },
             _ => 0,
