@@ -3,18 +3,18 @@
 //!
 //! ```text
 //! cargo run --release --example http_baseline [OBJECTS] &
-//! cat > /tmp/post.lua <<'END'
+//! cat > target/post.lua <<'END'
 //! wrk.method = "POST"
 //! wrk.headers["Content-Type"] = "application/json"
-//! wrk.body = io.open("/tmp/http_baseline.json"):read("*a")
+//! wrk.body = io.open("target/http_baseline.json"):read("*a")
 //! END
-//! wrk -t1 -c16 -d5 -s /tmp/post.lua http://127.0.0.1:8099/baseline
-//! wrk -t1 -c16 -d5 -s /tmp/post.lua http://127.0.0.1:8099/collections/demo/visible
+//! wrk -t1 -c16 -d5 -s target/post.lua http://127.0.0.1:8099/baseline
+//! wrk -t1 -c16 -d5 -s target/post.lua http://127.0.0.1:8099/collections/demo/visible
 //! ```
 //!
-//! The request, printed and written to `http_baseline.json` in the folder for temporary files, has
-//! the far distance that makes 1,000 objects visible, or as near to it as can be. Alternate the
-//! two and compare medians: neighbours on the machine disturb both alike.
+//! The request, printed and written to `target/http_baseline.json`, has the far distance
+//! that makes 1,000 objects visible, or as near to it as can be. Alternate the two and compare
+//! medians: neighbours on the machine disturb both alike.
 
 use std::sync::Arc;
 
@@ -56,7 +56,7 @@ async fn main() -> Result<()> {
     let app = router(Arc::clone(&shared));
     let answer = ask(app.clone(), &request).await?;
     eprintln!("{count} objects visible, {} bytes\n{request}", answer.len());
-    std::fs::write(std::env::temp_dir().join("http_baseline.json"), &request)?;
+    std::fs::write("target/http_baseline.json", &request)?;
     let from_memory = move |_body: Bytes| {
         let answer = answer.clone();
         async move { ([(CONTENT_TYPE, "application/json")], answer) }

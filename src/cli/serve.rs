@@ -88,7 +88,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
     let served = runtime.block_on(serve(config, scenes, reread, |text| {
         let _ = std::io::stderr().write_all(text.as_bytes()); // where nobody listens, it is lost
     }));
-    // Files that are being read again are of no use any more.
+    // Answers that were not done in time are of no use any more.
     runtime.shutdown_background();
     Ok(served?)
 }

@@ -12,7 +12,8 @@
 //! Σ|nᵢ|·Xᵢ + |w|; [`SLACK`] is 16 u. The slack is part of w, so the sign alone answers; 0 means
 //! that the exact value is beyond 0 by what is left of the slack. The planes' own uncertainty
 //! ([`Frustum`]) and an absolute term for underflow are added; normals are about 1, so that none
-//! of their components that matter is denormal in f32. Where plane tests could overflow, every one of them is left open.
+//! of their components that matter is denormal in f32. Where plane tests could overflow, every one
+//! of them is left open.
 
 use wide::f32x8;
 

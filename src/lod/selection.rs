@@ -47,8 +47,8 @@ impl Selection {
 
     /// No object that meets the frustum and was left out is larger than this on the screen, in
     /// pixels: diagonal of its box at the distance of its nearest point. What an effect took out
-    /// ([`Selection::retain`]) does not count. Infinite where an
-    /// object around the eye may be missing.
+    /// ([`Selection::retain`]) does not count. Infinite where an object around the eye may be
+    /// missing.
     pub fn error_px(&self) -> f64 {
         self.bound
     }

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use tokio::sync::Notify;
+use tokio::sync::{Notify, oneshot};
 
 use super::scenes::Scenes;
 use super::shared::Shared;
@@ -22,11 +22,7 @@ where
         asked.notified().await;
         tracing::info!("scenes are read again");
         let read = Arc::clone(&read);
-        // A large file takes seconds to check.
-        let scenes = match tokio::task::spawn_blocking(move || read()).await {
-            Ok(scenes) => scenes,
-            Err(panic) => Err(panic.into()),
-        };
+        let scenes = aside(move || read()).await;
         let [done, failed] = &shared.metrics().reloads;
         match scenes {
             Ok(scenes) => {
@@ -42,6 +38,20 @@ where
             }
         }
     }
+}
+
+/// Reads in a thread that nobody waits for: a large file takes seconds to check, and a service that
+/// is told to stop meanwhile has no use for it. A runtime would wait for a thread of its own.
+async fn aside<F>(read: F) -> Result<Scenes, ReadError>
+where
+    F: FnOnce() -> Result<Scenes, ReadError> + Send + 'static,
+{
+    let (tell, told) = oneshot::channel();
+    std::thread::Builder::new()
+        .name("reread".into())
+        .spawn(move || tell.send(read()))?;
+    told.await
+        .unwrap_or_else(|_| Err("reading them panicked".into()))
 }
 
 /// The error and its causes.

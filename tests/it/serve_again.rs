@@ -3,6 +3,7 @@ use std::time::Duration;
 
 use citylod::index::{self, LodTree, Promotion};
 use citylod::scene::{CityParams, generate};
+use citylod::service::{Config, Scenes, serve};
 use serde_json::Value;
 
 use crate::served::Served;
@@ -118,22 +119,45 @@ fn the_log_is_one_json_object_a_line_with_the_name_of_the_request() {
     );
 }
 
+/// Where it is set, the test below is the service that it tests, in a process of its own.
+#[cfg(unix)]
+const SERVES: &str = "CITYLOD_TEST_SERVES";
+
 #[test]
 #[cfg(unix)]
 fn told_to_stop_it_does_not_wait_for_files_that_are_being_read_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("town.citylod");
-    city(1).save(&path).unwrap();
-    let mut served = Served::start(&[words(&path)]);
-    // A pipe that nobody writes to takes for ever to open.
-    std::fs::remove_file(&path).unwrap();
-    let made = std::process::Command::new("mkfifo").arg(&path).status();
-    assert!(made.unwrap().success());
+    if std::env::var_os(SERVES).is_some() {
+        return serve_and_read_again_for_ever();
+    }
+    let this = "serve_again::told_to_stop_it_does_not_wait_for_files_that_are_being_read_again";
+    let mut service = std::process::Command::new(std::env::current_exe().unwrap());
+    service.args(["--exact", this, "--nocapture"]);
+    let mut served = Served::run(service.env(SERVES, "1"));
     served.signal("-HUP");
-    let line = served.line_with("are read again");
-    assert!(line.contains("INFO"), "{line}");
+    served.line_with("reading for ever");
     served.signal("-TERM");
     assert_eq!(served.wait_for(Duration::from_secs(20)), Some(0));
+}
+
+/// As a program of someone who uses the library has it.
+#[cfg(unix)]
+fn serve_and_read_again_for_ever() {
+    let config = Config {
+        listen: ([127, 0, 0, 1], 0).into(),
+        ..Config::default()
+    };
+    let mut scenes = Scenes::new();
+    scenes.insert("town", city(1)).unwrap();
+    let reread = || {
+        eprintln!("reading for ever");
+        loop {
+            std::thread::park();
+        }
+    };
+    tokio::runtime::Runtime::new()
+        .unwrap()
+        .block_on(serve(config, scenes, reread, |text| eprint!("{text}")))
+        .unwrap();
 }
 
 #[test]

@@ -18,9 +18,14 @@ impl Served {
     }
 
     pub fn start_at(listen: &str, arguments: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_citylod"))
-            .args(["serve", "--listen", listen])
-            .args(arguments)
+        let mut command = Command::new(env!("CARGO_BIN_EXE_citylod"));
+        command.args(["serve", "--listen", listen]).args(arguments);
+        Self::run(&mut command)
+    }
+
+    /// Starts what serves, and waits until it says where it listens.
+    pub fn run(command: &mut Command) -> Self {
+        let mut child = command
             .env_remove("RUST_LOG")
             .stdin(Stdio::null())
             .stderr(Stdio::piped())

@@ -92,7 +92,7 @@ const quarters = (list, warm) => {
 
 const shown = (list) => list.map((ms) => ms.toFixed(1)).join(', ');
 
-async function flight(page, base, scene, way) {
+async function flight(t, page, base, scene, way) {
   await page.evaluate(`window.flightPath = ${path}`);
   const nothing = await page.evaluate(limits, NOTHING);
   const all = await page.evaluate(limits, ALL);
@@ -123,24 +123,29 @@ async function flight(page, base, scene, way) {
   const steady = drift <= STEADY;
   console.log(`${scene} by ${way}: quarters take ${shown(least)} ms with nothing, ${shown(most)} ms with all; `
     + `target ${target_ms.toFixed(1)} ms, reached ${shown(reached)} ms (${off.join(', ')} %); `
-    + `${Math.min(...counts)} to ${Math.max(...counts)} objects; frames with nothing changed by ${Math.round(100 * drift)} % meanwhile`
-    + `${steady ? '' : ': the machine had other things to do, so what was reached is said, not asserted'}`);
-  for (const [q, percent] of off.entries()) {
-    const reachable = target_ms > 1.2 * least[q] && target_ms < most[q] / 1.2;
-    if (!reachable) console.log(`quarter ${q + 1}: the target cannot be reached`);
-    else if (steady) assert.ok(Math.abs(percent) <= 10, `quarter ${q + 1}: ${percent} % off the target`);
-  }
+    + `${Math.min(...counts)} to ${Math.max(...counts)} objects; frames with nothing changed by ${Math.round(100 * drift)} % meanwhile`);
   assert.ok(new Set(seen.fars).size > 1, 'the controller moved far_dist');
+  const reachable = [0, 1, 2, 3].filter((q) => target_ms > 1.2 * least[q] && target_ms < most[q] / 1.2);
+  const lack = [0, 1, 2, 3].filter((q) => !reachable.includes(q)).map((q) => q + 1);
+  if (lack.length > 0) t.diagnostic(`the target cannot be reached in quarters ${lack.join(', ')}`);
+  const why = reachable.length === 0 ? 'no quarter can reach the target' : steady ? undefined : 'the machine had other things to do';
+  if (why) {
+    const reason = `frame times are not asserted: ${why}; target ${target_ms.toFixed(1)} ms, reached ${shown(reached)} ms (${off.join(', ')} %)`;
+    console.log(`SKIPPED: ${scene} by ${way}: ${reason}`);
+    t.skip(reason);
+    return;
+  }
+  for (const q of reachable) assert.ok(Math.abs(off[q]) <= 10, `quarter ${q + 1}: ${off[q]} % off the target`);
 }
 
-test('the demo city is flown by the stream', { skip: missing }, () =>
-  withPage([], {}, (page, { base }) => flight(page, base, 'demo', 'stream')));
+test('the demo city is flown by the stream', { skip: missing }, (t) =>
+  withPage([], {}, (page, { base }) => flight(t, page, base, 'demo', 'stream')));
 
-test('where WebSockets are blocked it is flown by POST', { skip: missing }, () =>
+test('where WebSockets are blocked it is flown by POST', { skip: missing }, (t) =>
   withPage([], { prepare: (page) => page.addInitScript(() => {
     window.WebSocket = class { constructor() { throw new Error('blocked'); } };
-  }) }, (page, { base }) => flight(page, base, 'demo', 'post')));
+  }) }, (page, { base }) => flight(t, page, base, 'demo', 'post')));
 
 const real = process.env.CITYLOD_DATA && join(process.env.CITYLOD_DATA, 'cityjson/tokyo-minato-23951.city.json.gz');
-test('a real city is flown by the stream', { skip: missing ?? (real && existsSync(real) ? undefined : 'needs CITYLOD_DATA') }, () =>
-  withPage([real], {}, (page, { base }) => flight(page, base, 'real', 'stream')));
+test('a real city is flown by the stream', { skip: missing ?? (real && existsSync(real) ? undefined : 'needs CITYLOD_DATA') }, (t) =>
+  withPage([real], {}, (page, { base }) => flight(t, page, base, 'real', 'stream')));

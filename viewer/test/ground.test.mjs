@@ -3,28 +3,23 @@
  * the triangles drawn held against patches and tiles asked for beside the page.
  */
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
-import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import test from 'node:test';
-import { chromium } from 'playwright-core';
+import { citylod, missing, shown, withPage } from './page.mjs';
 
-const root = join(import.meta.dirname, '..', '..');
-const binary = process.env.CITYLOD ?? join(root, 'target/debug/citylod');
-const browser = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-const missing = !browser ? 'needs Chromium' : !existsSync(binary) ? `needs ${binary}: cargo build` : undefined;
+/** The hills: posts each way, m between them, the first one. */
+const [columns, rows, cell, x0, y0] = [150, 130, 20, 2_600_000, 1_200_000];
 
-const flags = ['--headless', '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic',
-  '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'];
+/** Where they have none. */
+const hole = (c, r) => Math.hypot(c - 40, r - 90) < 6;
 
 /** Hills with a hole, and a village in a national grid. */
 function write(folder) {
-  const [columns, rows, cell, x0, y0] = [150, 130, 20, 2_600_000, 1_200_000];
   const height = (c, r) => 400 + 60 * Math.sin(c / 9) * Math.cos(r / 11) + 9 * Math.sin(c / 1.7 + r) + (c > 70 ? 0.8 * (c - 70) : 0);
   let grid = `ncols ${columns}\nnrows ${rows}\nxllcenter ${x0}\nyllcenter ${y0}\ncellsize ${cell}\nNODATA_value -9999\n`;
   for (let r = rows - 1; r >= 0; r -= 1) {
-    const row = Array.from({ length: columns }, (_, c) => (Math.hypot(c - 40, r - 90) < 6 ? -9999 : height(c, r).toFixed(2)));
+    const row = Array.from({ length: columns }, (_, c) => (hole(c, r) ? -9999 : height(c, r).toFixed(2)));
     grid += `${row.join(' ')}\n`;
   }
   writeFileSync(join(folder, 'hills.asc'), grid);
@@ -37,40 +32,21 @@ function write(folder) {
   writeFileSync(join(folder, 'village.obj'), village);
 }
 
-async function withPage(run) {
-  const folder = mkdtempSync(join(tmpdir(), 'citylod-ground-'));
+/** The village on the hills and without them. */
+function cities(folder) {
   write(folder);
-  const command = (...words) => execFileSync(binary, words, { cwd: folder, stdio: 'ignore' });
-  command('import', 'village.obj', '-o', 'hills.citylod');
-  command('import', 'hills.asc', '--into', 'hills.citylod');
-  command('import', 'village.obj', '-o', 'level.citylod');
-  const service = spawn(binary, ['serve', '--listen', '127.0.0.1:0', 'hills.citylod', 'level.citylod'], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'] });
-  let context;
-  try {
-    const base = await new Promise((found, failed) => {
-      let text = '';
-      service.stderr.on('data', (part) => {
-        text += part;
-        const at = /http:\/\/127\.0\.0\.1:\d+/.exec(text);
-        if (at) found(at[0]);
-      });
-      service.on('exit', () => failed(new Error(`the service ended: ${text}`)));
-    });
-    context = await chromium.launchPersistentContext(join(folder, 'profile'), { executablePath: browser, args: flags, viewport: { width: 480, height: 320 } });
-    const page = await context.newPage();
-    const errors = [];
-    page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
-    page.on('pageerror', (error) => errors.push(String(error)));
-    await run(page, base);
-    assert.deepEqual(errors, [], 'errors on the console');
-  } finally {
-    await context?.close();
-    service.kill();
-    rmSync(folder, { recursive: true, force: true });
-  }
+  citylod(folder, 'import', 'village.obj', '-o', 'hills.citylod');
+  citylod(folder, 'import', 'hills.asc', '--into', 'hills.citylod');
+  citylod(folder, 'import', 'village.obj', '-o', 'level.citylod');
+  return ['hills.citylod', 'level.citylod'].map((name) => join(folder, name));
 }
 
-const shown = (page) => page.waitForFunction(() => window.citylod?.city?.answer && window.citylod.city.chunks.pending === 0, undefined, { timeout: 60_000 });
+/** Goes to a scene. */
+async function go(page, base, scene) {
+  await page.goto(`${base}/#scene=${scene}`);
+  await page.reload();
+  await page.waitForFunction(shown, undefined, { timeout: 60_000 });
+}
 
 /** In the page: goes somewhere and waits until the ground of that place is drawn. */
 async function stand(place) {
@@ -153,6 +129,56 @@ async function described(base, camera, effects) {
   return { triangles, terrain };
 }
 
+/** Whether a camera sees a place. */
+function sees({ eye, quaternion: [x, y, z, w], fov_y_deg, viewport }, place) {
+  const d = place.map((v, k) => v - eye[k]);
+  // Turned the other way round: what the camera has on its right, up, and behind it.
+  const right = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)];
+  const up = [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)];
+  const behind = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
+  const along = (axis) => axis.reduce((sum, v, k) => sum + v * d[k], 0);
+  const depth = -along(behind);
+  const half = depth * Math.tan((fov_y_deg * Math.PI) / 360);
+  return depth > 0.1 && Math.abs(along(up)) < half && Math.abs(along(right)) < (half * viewport[0]) / viewport[1];
+}
+
+/**
+ * Sides that no other triangle passes the other way, by what ends there: the raster at its border,
+ * or at a post without a height as near as a third corner would be, or what is seen. What is none
+ * of these is a crack.
+ */
+function ends({ positions, index, origin, camera }) {
+  const sides = new Set();
+  for (let t = 0; t < index.length; t += 3) {
+    for (let k = 0; k < 3; k += 1) {
+      const side = `${index[t + k]} ${index[t + ((k + 1) % 3)]}`;
+      assert.ok(!sides.has(side), 'a side is passed once each way');
+      sides.add(side);
+    }
+  }
+  const place = (v) => [0, 1, 2].map((k) => positions[3 * v + k] + origin[k]);
+  const post = ([x, y]) => [(x - x0) / cell, (y - y0) / cell];
+  const found = {};
+  for (const side of sides) {
+    const [a, b] = side.split(' ').map(Number);
+    if (sides.has(`${b} ${a}`)) continue;
+    const [from, to] = [place(a), place(b)];
+    const [p, q] = [from, to].map((at) => post(at).map(Math.round));
+    const border = [columns, rows].some((posts, k) => p[k] === q[k] && (p[k] === 0 || p[k] === posts - 1));
+    const [c, r] = [0, 1].map((k) => (p[k] + q[k]) / 2);
+    const near = 1.2 * Math.hypot(p[0] - q[0], p[1] - q[1]);
+    const beside = (u, v) => (q[0] - p[0]) * (v - p[1]) - (q[1] - p[1]) * (u - p[0]) < 0;
+    let lacks = false;
+    for (let v = 84; v <= 96; v += 1) {
+      for (let u = 34; u <= 46; u += 1) lacks ||= hole(u, v) && beside(u, v) && Math.hypot(u - c, v - r) <= near;
+    }
+    const middle = from.map((v, k) => (v + to[k]) / 2);
+    const why = border ? 'border' : lacks ? 'hole' : sees(camera, middle) ? 'crack' : 'view';
+    (found[why] ??= []).push([from, to]);
+  }
+  return found;
+}
+
 /** As text, whatever the order: each triangle from its least corner on. */
 function text(triangles) {
   return triangles
@@ -164,10 +190,10 @@ function text(triangles) {
     .sort();
 }
 
-test('the ground on the page is what the service answers', { skip: missing }, () => withPage(async (page, base) => {
-  await page.goto(`${base}/#scene=hills`);
-  await shown(page);
+test('the ground on the page is what the service answers', { skip: missing }, () => withPage(cities, {}, async (page, { base }) => {
+  await go(page, base, 'hills');
   const counts = [];
+  const met = {};
   for (const place of [
     { eye: [2_600_900, 1_199_700, 700], heading: 0, pitch: -15 },
     { eye: [2_601_500, 1_201_300, 900], heading: 200, pitch: -35 },
@@ -187,24 +213,18 @@ test('the ground on the page is what the service answers', { skip: missing }, ()
     const drawn = Array.from({ length: seen.index.length / 3 }, (_, t) => [0, 1, 2].map((k) => vertex(seen.index[3 * t + k])));
     const moved = triangles.map((corners) => corners.map((corner) => corner.map((v, k) => v - seen.origin[k])));
     assert.deepEqual(text(drawn), text(moved));
-    // No cracks: a side belongs to two triangles, which run along it in opposite directions, or lies at an end.
-    const sides = new Map();
-    for (let t = 0; t < seen.index.length; t += 3) {
-      for (let k = 0; k < 3; k += 1) {
-        const side = `${seen.index[t + k]} ${seen.index[t + ((k + 1) % 3)]}`;
-        assert.ok(!sides.has(side), 'a side is passed once each way');
-        sides.set(side, true);
-      }
-    }
+    const open = ends(seen);
+    for (const [why, sides] of Object.entries(open)) met[why] = (met[why] ?? 0) + sides.length;
+    assert.deepEqual(open.crack ?? [], [], 'a side belongs to two triangles, or the ground ends there');
     counts.push(triangles.length);
   }
-  console.log(`triangles of ground: ${counts.join(', ')}`);
+  console.log(`triangles of ground: ${counts.join(', ')}; sides at ends: ${JSON.stringify(met)}`);
+  for (const why of ['border', 'hole', 'view']) assert.ok(met[why] > 0, `no side is at the end of the ground: ${why}`);
   assert.ok(new Set(counts).size === counts.length && Math.min(...counts) > 100, `${counts}`);
 }));
 
-test('the ground can be switched off, and other scenes have none', { skip: missing }, () => withPage(async (page, base) => {
-  await page.goto(`${base}/#scene=hills`);
-  await shown(page);
+test('the ground can be switched off, and other scenes have none', { skip: missing }, () => withPage(cities, {}, async (page, { base }) => {
+  await go(page, base, 'hills');
   await page.waitForFunction(() => window.citylod.stage.relief.visible, undefined, { timeout: 30_000 });
   const toggle = page.locator('label.toggle', { hasText: 'Terrain' }).locator('input');
   await toggle.evaluate((input) => input.click());
@@ -218,10 +238,26 @@ test('the ground can be switched off, and other scenes have none', { skip: missi
     const { eye } = app.rig.pose;
     return Math.abs(eye[2] - app.ground.height(eye[0], eye[1]) - 1.7) < 0.1;
   }, undefined, { timeout: 30_000 });
-  await page.goto(`${base}/#scene=level`);
-  await page.reload();
-  await shown(page);
+  await go(page, base, 'level');
   const level = await page.evaluate(() => [window.citylod.ground === undefined, window.citylod.stage.relief.visible, window.citylod.stage.plane.visible]);
   assert.deepEqual(level, [true, false, true]);
   assert.equal(await page.locator('label.toggle', { hasText: 'Terrain' }).count(), 0);
+}));
+
+test('ground that could not be had is asked for again while nothing moves', { skip: missing }, () => withPage(cities, {}, async (page, { base }, errors) => {
+  await go(page, base, 'hills');
+  await page.waitForFunction(() => window.citylod.stage.relief.visible && window.citylod.ground.settled);
+  for (const failing of ['**/visible', '**/ground/*/*/*']) {
+    let failed = 0;
+    await page.route(failing, (route) => {
+      failed += 1;
+      return failed <= 2 ? route.abort() : route.continue();
+    });
+    await go(page, base, 'hills');
+    await page.waitForFunction(() => window.citylod.stage.relief.visible && window.citylod.ground.settled, undefined, { timeout: 30_000 });
+    assert.ok(failed > 2, `${failing}: ${failed}`);
+    await page.unroute(failing);
+  }
+  assert.ok(errors.every((error) => /ERR_FAILED/.test(error)), `${errors}`);
+  errors.length = 0;
 }));

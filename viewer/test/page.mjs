@@ -16,6 +16,9 @@ export const missing = !browser ? 'needs Chromium' : !existsSync(binary) ? `need
 const flags = ['--headless', '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic',
   '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'];
 
+/** Runs a command of the program, in a folder. */
+export const citylod = (folder, ...words) => execFileSync(binary, words, { cwd: folder, stdio: 'ignore' });
+
 /** Starts a service; gives the process and where it listens. */
 export async function serve(listen, words) {
   const service = spawn(binary, ['serve', '--listen', listen, ...words], { stdio: ['ignore', 'pipe', 'pipe'] });
@@ -40,16 +43,16 @@ export const ended = (process) => new Promise((done) => process.on('exit', done)
 export const shown = () => window.citylod?.city?.answer && window.citylod.city.chunks.pending === 0;
 
 /**
- * Runs with a service over these files and a page that shows it. `options` are more words for the
+ * Runs with a service over these files and a page that shows it. In place of the files may be what
+ * makes cities in a folder and gives their paths. `options` are more words for the
  * service, and what to do with the page before it is opened. No error may come to the console, but
  * those that `run` removes from the list.
  */
 export async function withPage(files, { words = [], prepare, size = { width: 480, height: 320 } }, run) {
   const folder = mkdtempSync(join(tmpdir(), 'citylod-viewer-'));
-  const cities = files.map((file) => {
-    const city = join(folder, 'real.citylod');
-    execFileSync(binary, ['import', file, '-o', city], { stdio: 'ignore' });
-    return city;
+  const cities = typeof files === 'function' ? files(folder) : files.map((file) => {
+    citylod(folder, 'import', file, '-o', 'real.citylod');
+    return join(folder, 'real.citylod');
   });
   const held = await serve('127.0.0.1:0', [...words, ...cities]);
   let context;

@@ -71,6 +71,9 @@ pub struct News<'a> {
 /// The bound belongs to the frame: every answer has it.
 const ALWAYS: &str = "error_px";
 
+/// What an effect took: never as before, and no reason to tell of it anew.
+const TOOK: &str = "took_us";
+
 /// Tells which others there are: where it changes, `lod` is said anew as a whole.
 const MODE: &str = "mode";
 
@@ -96,8 +99,20 @@ impl Members {
         News {
             lod: lod.map(|(name, value)| (name.as_str(), value)).collect(),
             effects: Some(&self.effects)
-                .filter(|effects| before.is_none_or(|before| before.effects != **effects)),
+                .filter(|effects| before.is_none_or(|before| !same(&before.effects, effects))),
             stats: Some(&self.stats).filter(|_| wanted || before.is_none()),
         }
     }
+}
+
+/// Whether effects did the same, whatever they took.
+fn same(before: &Map<String, Value>, now: &Map<String, Value>) -> bool {
+    fn did(ran: &Value) -> impl Iterator<Item = (&String, &Value)> {
+        let members = ran.as_object().into_iter().flatten();
+        members.filter(|(name, _)| *name != TOOK)
+    }
+    before.len() == now.len()
+        && before
+            .iter()
+            .all(|(effect, ran)| now.get(effect).is_some_and(|other| did(ran).eq(did(other))))
 }

@@ -28,11 +28,12 @@ pub fn beside(city: &Path) -> PathBuf {
 }
 
 impl Pyramid {
-    /// Maps a file without reading it through: constant time, whatever its size. Header,
-    /// section table and reference system are checked, tiles and blocks when they are read; see [`Pyramid::open_verified`].
+    /// Maps a file without reading it through: constant time, whatever its size. Header, section
+    /// table and reference system are checked, tiles and blocks when they are read; see
+    /// [`Pyramid::open_verified`].
     ///
-    /// The file must not be changed in place while it is mapped. [`write()`](super::write()) replaces files
-    /// whole, so writing over an open one is safe.
+    /// The file must not be changed in place while it is mapped. [`write()`](super::write())
+    /// replaces files whole, so writing over an open one is safe.
     ///
     /// # Errors
     /// [`PyramidError`] when the file cannot be read, is none of ours, or is cut off.

@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use super::server::{Reply, Running};
 use crate::support::look;
 
-const DECLARED: &str = r#"{"motion":{"reference_speed_mps":2},"haze":{"visibility_m":700},
+pub const DECLARED: &str = r#"{"motion":{"reference_speed_mps":2},"haze":{"visibility_m":700},
     "occlusion":{"width_px":256}}"#;
 
-fn city(declared: &str) -> LodTree {
+pub fn city(declared: &str) -> LodTree {
     let mut scene = generate(&CityParams {
         objects: 3_000,
         seed: 1,

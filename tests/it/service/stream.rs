@@ -5,6 +5,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use serde_json::{Value, json};
 
+use super::effects;
 use super::server::{Running, demo};
 use super::stream_client::{Client, Full, camera, other_city, over_the_city, scenes};
 use crate::support::{between, rng};
@@ -207,6 +208,42 @@ fn the_first_answer_is_whole_and_others_leave_out_what_is_as_before() {
         assert_eq!(said.0, members, "{message}");
         assert_eq!(said.1, lod, "{message}");
     }
+}
+
+#[test]
+fn effects_that_did_the_same_are_as_before_whatever_they_took() {
+    let scenes = scenes(effects::city(effects::DECLARED));
+    let service = Running::of(scenes, Config::default(), |app| app);
+    let mut client = Client::open(&service, "demo");
+    let mut told = |message: &Value| {
+        let answer = client.ask(message);
+        let sent: Value = serde_json::from_str(client.last()).unwrap();
+        let held = answer["effects"]["haze"]["removed"].as_u64();
+        (sent.get("effects").cloned(), held)
+    };
+    let hazy = json!({"haze": true, "motion": false, "occlusion": false});
+    let mut request = over_the_city();
+    request["lod"] = json!({"far_dist_m": null});
+    request["effects"] = hazy.clone();
+    let (first, removed) = told(&request);
+    let first = first.expect("the first answer is whole");
+    assert!(first["haze"]["took_us"].is_f64(), "{first}");
+    assert!(removed > Some(0), "{first}");
+    for _ in 0..5 {
+        assert_eq!(told(&json!({})), (None, removed));
+    }
+    let elsewhere = json!({"camera": camera([0.0, -1500.0, 300.0], [0.0, 0.0, 0.0])});
+    let (anew, more) = told(&elsewhere);
+    assert_eq!(
+        anew.expect("what is in the haze is another")["haze"]["removed"],
+        more.unwrap()
+    );
+    assert_ne!(more, removed);
+    let also = json!({"effects": {"haze": true, "motion": true, "occlusion": false}});
+    let with_motion = told(&also).0.expect("one effect more");
+    assert!(with_motion["motion"].is_object(), "{with_motion}");
+    let without = told(&json!({"effects": hazy})).0.expect("one effect less");
+    assert!(without.get("motion").is_none(), "{without}");
 }
 
 #[test]

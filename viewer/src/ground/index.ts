@@ -10,6 +10,9 @@ import { Tiles } from './tiles';
 /** Time between questions, ms: the ground changes little from frame to frame. */
 const PAUSE = 90;
 
+/** Time after which what failed is asked for again, ms. */
+const AGAIN = 1000;
+
 /** What is drawn, as the service counts it. */
 export interface Figures {
   patches: number;
@@ -106,6 +109,7 @@ export class Ground {
     this.busy = true;
     const ask = this.wanted;
     this.wanted = undefined;
+    let pause = PAUSE;
     try {
       const answer = await post<Answered>(at(this.collection.id, '/visible'), { ...ask, output: { form: 'ranges' } }, this.abort.signal);
       const { list, ...figures } = answer.effects.terrain ?? { patches: 0, triangles: 0, error_px: 0 };
@@ -120,12 +124,19 @@ export class Ground {
       }
     } catch (error) {
       if (this.abort.signal.aborted) return;
+      const status = error instanceof Refused ? error.problem.status : undefined;
       // A service that is gone or begins anew is reported by the objects.
-      if (error instanceof Refused && error.problem.status && error.problem.status !== 409) this.events.problem(error.problem);
+      if (error instanceof Refused && status && status !== 409) this.events.problem(error.problem);
+      // What is wrong with a question stays so; all else may pass while nothing moves.
+      const wrong = status !== undefined && status >= 400 && status < 500 && ![408, 409, 429].includes(status);
+      if (!wrong && this.last !== '') {
+        this.wanted ??= ask;
+        pause = AGAIN;
+      }
     }
     setTimeout(() => {
       this.busy = false;
       void this.next();
-    }, PAUSE);
+    }, pause);
   }
 }
