@@ -58,7 +58,7 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
             "--into takes one elevation file; join several first, for example with gdalbuildvrt and gdal_translate"
         );
     };
-    let tree = LodTree::open(city)?;
+    let tree = LodTree::open_verified(city)?;
     let options = Options {
         crs: args.ground.crs.clone(),
         encoding: args.ground.encoding.map(|encoding| match encoding {
