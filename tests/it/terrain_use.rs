@@ -73,6 +73,18 @@ fn ground_that_was_laid_is_drawn_and_can_be_left_out() {
         said.contains("terrain draws") && said.contains("triangles"),
         "{said}"
     );
+    desk.refuses(
+        &format!("query {LOOK} --json --patches --without terrain"),
+        2,
+        &["--patches", "--without"],
+    );
+    let within = "query city.citylod --eye 0,-400,0.5 --target 0,0,0.4";
+    assert!(desk.json(&format!("{within} --json"))["effects"]["terrain"]["error_px"].is_null());
+    let said = desk.run(within).err;
+    assert!(
+        said.contains("without a bound around the eye") && !said.contains("inf"),
+        "{said}"
+    );
     desk.out(&format!("render {LOOK} -o laid.png"));
     desk.out(&format!("render {LOOK} -o left.png --without terrain"));
     let picture = |name: &str| std::fs::read(desk.path(name)).unwrap();
@@ -166,6 +178,23 @@ fn ground_that_is_missing_damaged_or_anothers_is_an_error() {
     ]);
     desk.write("city.terrain", &laid);
     desk.out(&format!("query {LOOK}"));
+}
+
+/// Laying ground writes new checksums: what is damaged must not become valid by it.
+#[test]
+fn no_ground_is_laid_under_a_damaged_city() {
+    let desk = desk();
+    let mut damaged = std::fs::read(desk.path("city.citylod")).unwrap();
+    let at = damaged.len() / 2;
+    damaged[at] ^= 4;
+    desk.write("city.citylod", &damaged);
+    desk.refuses(
+        "import ridge.asc --into city.citylod",
+        1,
+        &["city.citylod: section", "is damaged"],
+    );
+    assert_eq!(std::fs::read(desk.path("city.citylod")).unwrap(), damaged);
+    assert!(!desk.path("city.terrain").exists());
 }
 
 #[test]
