@@ -65,7 +65,8 @@ pub(super) struct ImportArgs {
     /// GeoJSON property with the height in metres [default: height, measuredHeight, …]
     #[arg(long)]
     pub height: Option<String>,
-    /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion, terrain
+    /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion, and
+    /// with --into, in place of what it declared, terrain too
     #[arg(long, value_name = "FILE")]
     pub effects: Option<PathBuf>,
     /// Warnings to show; the rest are counted
@@ -88,7 +89,7 @@ pub(super) struct GenerateArgs {
     /// What makes an object stand for its neighbours; .citylod only [default: tallest]
     #[arg(long)]
     pub promote: Option<PromoteArg>,
-    /// JSON file that declares motion, haze, occlusion, terrain; .citylod only
+    /// JSON file that declares motion, haze, occlusion; .citylod only
     #[arg(long, value_name = "FILE")]
     pub effects: Option<PathBuf>,
 }

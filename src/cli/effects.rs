@@ -4,6 +4,18 @@ use anyhow::{Context, Result, bail};
 
 use crate::scene::Effects;
 
+/// What a file declares for a city that is made now, and so has no ground yet.
+pub(super) fn declared_anew(file: Option<&Path>) -> Result<Effects> {
+    let effects = declared(file)?;
+    if let (Some(file), Some(_)) = (file, effects.terrain) {
+        let file = file.display();
+        bail!(
+            "{file}: declares terrain, and the city has no ground yet; leave terrain out, and declare it when its ground is laid: citylod import ELEVATION --into CITY --effects {file}"
+        );
+    }
+    Ok(effects)
+}
+
 /// What a file declares; nothing without a file.
 pub(super) fn declared(file: Option<&Path>) -> Result<Effects> {
     let Some(path) = file else {

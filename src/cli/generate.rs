@@ -3,7 +3,7 @@ use std::io::BufWriter;
 use anyhow::{Context, Result};
 
 use super::args::{GenerateArgs, extension, misuse};
-use super::effects::declared;
+use super::effects::declared_anew;
 use super::say::say;
 use super::{glb, ground, progress, text};
 use crate::index;
@@ -17,7 +17,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
     if is_glb && args.effects.is_some() {
         return Err(misuse("generate", "--effects does not apply to a .glb").into());
     }
-    let effects = declared(args.effects.as_deref())?;
+    let effects = declared_anew(args.effects.as_deref())?;
     let spinner = progress::spinner();
     spinner.set_message("generating");
     let mut scene = generate(&CityParams {

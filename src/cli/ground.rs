@@ -2,17 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use serde_json::json;
 
 use super::args::{ImportArgs, citylod_name};
+use super::effects::declared;
 use super::numbers::system;
 use super::say::say;
 use super::{progress, text};
 use crate::effects::terrain::{Land, LandError};
+use crate::file::finish_both;
 use crate::index::LodTree;
 use crate::scene::{Effects, Terrain};
-use crate::terrain::pyramid::{Pyramid, Tiling, beside, write};
+use crate::terrain::pyramid::{Pyramid, Tiling, beside, prepared};
 use crate::terrain::read::{Encoding, Options, read};
 use crate::terrain::{Footing, HeightField, footing};
 
@@ -26,7 +28,7 @@ const TOLERANCE_M: f64 = 2.0;
 pub(super) struct GroundArgs {
     /// City to lay the ground of: written beside it, with the ending .terrain, and declared in it
     #[arg(long, value_name = "CITY", value_parser = citylod_name,
-          conflicts_with_all = ["output", "up", "lod", "height", "effects"])]
+          conflicts_with_all = ["output", "up", "lod", "height"])]
     pub into: Option<PathBuf>,
     /// Coordinate system of the elevation, such as EPSG:25832; goes before what the file says
     #[arg(long, conflicts_with = "output", value_parser = system)]
@@ -58,7 +60,7 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
             "--into takes one elevation file; join several first, for example with gdalbuildvrt and gdal_translate"
         );
     };
-    let tree = LodTree::open(city)?;
+    let tree = LodTree::open_verified(city)?;
     let options = Options {
         crs: args.ground.crs.clone(),
         encoding: args.ground.encoding.map(|encoding| match encoding {
@@ -85,15 +87,22 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
             output.display()
         );
     }
-    write(
+    let laid = prepared(
         &output,
         &Tiling::new(*field.grid()),
         raster.crs.as_deref(),
         |column, row| field.height(column, row),
         &|done, blocks| spinner.set_message(format!("writing block {done} of {blocks}")),
     )?;
-    let pyramid = Pyramid::open(&output)?;
-    declare(&tree, &pyramid).save(city)?;
+    let pyramid = Pyramid::open(laid.path())?;
+    let before = match &args.effects {
+        Some(file) => declared(Some(file))?,
+        None => *tree.effects(),
+    };
+    let declaring = declare(&tree, before, &pyramid).prepared(city);
+    declaring
+        .and_then(|declaring| finish_both(laid, declaring))
+        .with_context(|| format!("{}: cannot lay its ground", city.display()))?;
     spinner.finish_and_clear();
     match (tree.crs(), &raster.crs) {
         (None, Some(crs)) => {
@@ -119,9 +128,8 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The city with this ground declared, with the settings that it declares already.
-fn declare(tree: &LodTree, pyramid: &Pyramid) -> LodTree {
-    let declared = *tree.effects();
+/// The city with these effects and this ground declared.
+fn declare(tree: &LodTree, declared: Effects, pyramid: &Pyramid) -> LodTree {
     tree.declaring(Effects {
         terrain: Some(Terrain {
             ground: Some(pyramid.checksum()),

@@ -3,7 +3,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 
 use super::args::ImportArgs;
-use super::effects::declared;
+use super::effects::declared_anew;
 use super::say::say;
 use super::{ground, progress, text};
 use crate::import::{Options, Unused, import};
@@ -18,7 +18,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
 }
 
 fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
-    let effects = declared(args.effects.as_deref())?;
+    let effects = declared_anew(args.effects.as_deref())?;
     let options = Options {
         up: args.up.map(Into::into),
         lod: args.lod.clone(),

@@ -14,9 +14,21 @@ use crate::frame::Effects;
 use crate::service::{Lists, Tail};
 
 pub(super) fn run(args: &QueryArgs) -> anyhow::Result<()> {
-    if args.visible_pixels && args.select.without.contains(&EffectArg::Occlusion) {
-        let reason = "--visible-pixels: is of occlusion, which --without switches off";
-        return Err(misuse("query", reason).into());
+    for (asked, effect, reason) in [
+        (
+            args.visible_pixels,
+            EffectArg::Occlusion,
+            "--visible-pixels: is of occlusion, which --without switches off",
+        ),
+        (
+            args.patches,
+            EffectArg::Terrain,
+            "--patches: is of terrain, which --without switches off",
+        ),
+    ] {
+        if asked && args.select.without.contains(&effect) {
+            return Err(misuse("query", reason).into());
+        }
     }
     let selected = select(&args.select, "query", args.repeat)?;
     let hint = selected.hint();
@@ -99,8 +111,13 @@ fn effects(ran: &Effects) -> String {
             triangles,
             error_px,
         } = ran.result;
+        let within = if error_px == f64::INFINITY {
+            "without a bound around the eye".to_owned()
+        } else {
+            format!("within {error_px:.1} pixels")
+        };
         format!(
-            "; terrain draws {} between posts of {}, within {error_px:.1} pixels, in {:.0} us",
+            "; terrain draws {} between posts of {}, {within}, in {:.0} us",
             text::counted(triangles as u64, "triangle"),
             text::counted(patches.into(), "tile"),
             took(ran.took)

@@ -16,7 +16,7 @@ use crate::scene::Effects;
 /// A city, a camera and what it draws.
 pub(super) struct Selected {
     pub tree: LodTree,
-    /// The ground, where the city declares terrain.
+    /// The ground, where the city declares terrain and it is not switched off.
     pub land: Option<Land>,
     pub view: View,
     pub frame: Frame,
@@ -60,8 +60,11 @@ pub(super) fn select(args: &SelectArgs, verb: &str, times: u32) -> Result<Select
         }
     }
     let tree = LodTree::open_verified(&args.file)?;
-    let land = ground::land(&args.file, &tree)?;
     let active = active(args, tree.effects())?;
+    let land = match active.terrain {
+        Some(_) => ground::land(&args.file, &tree)?,
+        None => None,
+    };
     let mut frame = Frame::default();
     let start = Instant::now();
     for _ in 0..times {
@@ -107,11 +110,13 @@ pub(super) fn require(declared: bool, args: &SelectArgs, effect: &str, flag: &st
     if declared {
         return Ok(());
     }
-    bail!(
-        "{}: does not declare {effect}, which {flag} is of; declare it with --effects when the \
-         city is imported or generated",
-        args.file.display()
-    )
+    let city = args.file.display();
+    let way_out = if effect == "terrain" {
+        format!("lay its ground with citylod import ELEVATION --into {city}")
+    } else {
+        "declare it with --effects when the city is imported or generated".into()
+    };
+    bail!("{city}: does not declare {effect}, which {flag} is of; {way_out}")
 }
 
 fn lod(args: &SelectArgs) -> Result<Lod, LodError> {

@@ -3,7 +3,8 @@
 //! All selected objects are drawn as boxes into an id-buffer; who covers too few pixels goes. A
 //! box covers at least what its object covers, so an object may be hidden by the corners of a box
 //! that its mesh does not fill: buildings askew to the axes hide somewhat more than they would.
-//! Objects around the eye hide nothing and stay. Where the frame draws ground, that hides too.
+//! Objects around the eye hide nothing and stay. Where the frame draws ground, that
+//! hides too, unless triangles ran out and it is coarser than declared.
 
 use crate::geom::{Aabb, DVec3, View};
 use crate::lod::Selection;

@@ -2,7 +2,8 @@
 //!
 //! The criterion of a paper says which parts of the ground are drawn finer, tuned so that it splits
 //! about what errs by the declared number of pixels; what errs by more for certain is split too, so
-//! that the number holds until triangles run out ([`terrain::select_within`]).
+//! that the number holds until triangles run out ([`terrain::select_within`]). Pixels are counted as
+//! for sizes: a length times the pixels per radian in the middle of the picture, by its distance.
 
 use std::path::{Path, PathBuf};
 
@@ -104,7 +105,10 @@ pub struct Drawn {
     pub patches: u32,
     /// How many triangles.
     pub triangles: usize,
-    /// No post of the ground is drawn farther above or below its place than this on the screen.
+    /// No post of the ground is drawn farther above or below its place than this on the screen,
+    /// pixels: an error e counts as e times the pixels per radian, by the distance to the nearest
+    /// point of the box it is in, as sizes of objects do. Off the axis of a wide view, pixels are
+    /// wider apart than that.
     pub error_px: f64,
 }
 
@@ -138,6 +142,12 @@ impl Surface {
             triangles: selection.map_or(0, terrain::Selection::triangles),
             error_px: selection.map_or(0.0, terrain::Selection::error_px),
         }
+    }
+
+    /// Whether all is drawn that was asked for: triangles did not run out, so that the bound
+    /// that was asked for holds.
+    pub fn is_whole(&self) -> bool {
+        self.selection.as_ref().is_some_and(|s| s.share() >= 1.0)
     }
 
     /// The tiles to draw, and which triangles between their posts.

@@ -101,6 +101,8 @@ impl Frame {
         if let Some(declared) = &active.occlusion {
             let goes_on = || active.patience.is_none_or(|most| watch.running() <= most);
             let selection = &mut self.selection;
+            // Ground that is too coarse may stand where there is none, and hide what is seen.
+            let land = land.filter(|_| self.surface.is_whole());
             let (corners, triangles) = land.map(|land| self.surface.mesh(land)).unwrap_or_default();
             let ground = (&corners[..], &triangles[..]);
             let occluder = &mut self.occluder;

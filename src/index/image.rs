@@ -1,16 +1,15 @@
 //! The bytes of a packed tree, in memory or mapped from a file: one form for both.
 
-use std::fs::{File, Metadata};
 use std::ops::Range;
 
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
-use memmap2::Mmap;
 use rayon::prelude::*;
 
 use super::file::{
     ALIGNMENT, Block, Counts, Damage, HEAD, Header, MAGIC, MOST_LEVELS, Radii, Section, TableEntry,
     VERSION,
 };
+use crate::file::Mapped;
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
@@ -19,19 +18,14 @@ struct Line([u8; ALIGNMENT]);
 #[derive(Debug)]
 enum Storage {
     Memory(Vec<Line>),
-    Mapped {
-        map: Mmap,
-        /// The file, wherever its name leads by now, and what it was when it was mapped.
-        file: File,
-        then: Option<Metadata>,
-    },
+    Mapped(Mapped),
 }
 
 impl Storage {
     fn bytes(&self) -> &[u8] {
         match self {
             Self::Memory(lines) => bytemuck::cast_slice(lines),
-            Self::Mapped { map, .. } => map,
+            Self::Mapped(map) => map,
         }
     }
 }
@@ -54,11 +48,10 @@ pub(super) enum Refusal {
 }
 
 impl Image {
-    pub(super) fn mapped(map: Mmap, file: File) -> Result<Self, Refusal> {
+    pub(super) fn mapped(map: Mapped) -> Result<Self, Refusal> {
         let (header, sections) = parse(&map)?;
-        let then = file.metadata().ok();
         Ok(Self {
-            storage: Storage::Mapped { map, file, then },
+            storage: Storage::Mapped(map),
             header,
             sections,
         })
@@ -70,13 +63,7 @@ impl Image {
 
     /// Whether length or time of the mapped file are not what they were.
     pub(super) fn is_written_into(&self) -> bool {
-        let Storage::Mapped { file, then, .. } = &self.storage else {
-            return false;
-        };
-        let (Some(then), Ok(now)) = (then, file.metadata()) else {
-            return false;
-        };
-        then.len() != now.len() || then.modified().ok() != now.modified().ok()
+        matches!(&self.storage, Storage::Mapped(map) if map.is_written_into())
     }
 
     pub(super) fn header(&self) -> &Header {

@@ -1,8 +1,7 @@
 //! The packed tree: what is queried, saved and mapped.
 
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -14,7 +13,7 @@ use super::error::FileError;
 use super::file::{Damage, Section, VERSION};
 use super::image::{Image, Refusal};
 use super::meta::Meta;
-use crate::file;
+use crate::file::{MapError, Mapped, Replacement};
 use crate::geom::{Aabb, DVec3};
 use crate::scene::Effects;
 
@@ -66,34 +65,18 @@ impl LodTree {
     /// # Errors
     /// [`FileError`] when the file cannot be read, is none of ours, or is cut off.
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let io = |action| {
-            move |source| FileError::Io {
-                path: path.to_owned(),
-                action,
-                source,
-            }
-        };
-        let metadata = path.metadata().map_err(io("cannot open"))?;
-        if metadata.is_dir() {
-            return Err(io("cannot open")(ErrorKind::IsADirectory.into()));
-        }
-        if !metadata.is_file() {
-            let what = "it is a pipe or a device, which cannot be mapped; save it to a file first";
-            return Err(io("cannot open")(std::io::Error::other(what)));
-        }
-        if metadata.len() == 0 {
+        let map = Mapped::open(path).map_err(|error| {
             let path = path.to_owned();
-            return Err(FileError::Empty { path });
-        }
-        let file = File::open(path).map_err(io("cannot open"))?;
-        #[allow(
-            unsafe_code,
-            reason = "mapping a file is the one thing that needs it; the caller's duty is in the docs"
-        )]
-        // SAFETY: the map is only read, through slices that live no longer than it, and every
-        // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
-        let map = unsafe { memmap2::Mmap::map(&file) }.map_err(io("cannot map"))?;
-        let image = Image::mapped(map, file).map_err(|refusal| refused(path, refusal))?;
+            match error {
+                MapError::Empty => FileError::Empty { path },
+                MapError::Io { action, source } => FileError::Io {
+                    path,
+                    action,
+                    source,
+                },
+            }
+        })?;
+        let image = Image::mapped(map).map_err(|refusal| refused(path, refusal))?;
         let meta = Meta::from_json(image.section(Section::Meta)).map_err(|reason| {
             let damage = Damage::new(Section::Meta.name(), reason);
             refused(path, Refusal::Damaged(damage))
@@ -126,13 +109,19 @@ impl LodTree {
     /// # Errors
     /// [`FileError::Io`]; what was at `path` before is then still there.
     pub fn save(&self, path: &Path) -> Result<(), FileError> {
-        file::replace(path, |out| out.write_all(self.image.bytes())).map_err(|source| {
-            FileError::Io {
-                path: path.to_owned(),
-                action: "cannot write",
-                source,
-            }
+        let saved = self.prepared(path).and_then(Replacement::finish);
+        saved.map_err(|source| FileError::Io {
+            path: path.to_owned(),
+            action: "cannot write",
+            source,
         })
+    }
+
+    /// The file that [`LodTree::save`] writes, but for its name.
+    pub(crate) fn prepared(&self, path: &Path) -> io::Result<Replacement> {
+        let mut new = Replacement::of(path)?;
+        new.file().write_all(self.image.bytes())?;
+        Ok(new)
     }
 
     /// Size of the tree in bytes, as a file and in memory.

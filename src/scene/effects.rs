@@ -87,7 +87,9 @@ pub struct Terrain {
     #[serde(default)]
     pub criterion: Criterion,
     /// No post is drawn farther above or below its place than this on the screen, pixels, > 0,
-    /// unless triangles run out.
+    /// unless triangles run out. Counted as sizes of objects are: an error times the pixels per
+    /// radian in the middle of the picture, by the distance to the nearest point of its box; off
+    /// the axis a picture shows it larger.
     #[serde(default = "Terrain::usual_error")]
     pub max_error_px: f64,
     /// Most triangles, at least 1; two for each block in view and what holes need are always drawn.

@@ -68,17 +68,30 @@ pub fn cached(
     etag: &HeaderValue,
     make: impl FnOnce() -> Response,
 ) -> Response {
+    let made: Result<_, std::convert::Infallible> = try_cached(headers, etag, || Ok(make()));
+    made.unwrap_or_else(|never| match never {})
+}
+
+/// As [`cached`], of a document that may fail to be made.
+///
+/// # Errors
+/// What `make` says.
+pub fn try_cached<E>(
+    headers: &HeaderMap,
+    etag: &HeaderValue,
+    make: impl FnOnce() -> Result<Response, E>,
+) -> Result<Response, E> {
     let mut response = if is_known(headers, etag) {
         let mut response = Response::new(Body::empty());
         *response.status_mut() = StatusCode::NOT_MODIFIED;
         response
     } else {
-        make()
+        make()?
     };
     let headers = response.headers_mut();
     headers.insert(header::ETAG, etag.clone());
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-    response
+    Ok(response)
 }
 
 /// `If-None-Match` (RFC 9110, section 13.1.2): weak comparison.

@@ -9,7 +9,7 @@ use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
 use serde::Serialize;
 
-use super::documents::cached;
+use super::documents::try_cached;
 use super::negotiate::accepted;
 use super::problem::{Kind, Problem};
 use super::routes::malformed;
@@ -106,20 +106,20 @@ pub async fn tile(
         };
         return Err(Problem::new(Kind::NotFound, detail).at(pointer));
     }
-    let heights = land.pyramid().tile(tile).map_err(|error| {
-        tracing::error!(%error, "a tile of the ground cannot be read");
-        Problem::new(
-            Kind::Internal,
-            "the tile cannot be read: its file was changed",
-        )
-    })?;
-    let mut response = cached(&headers, city.etag(), || {
+    let mut response = try_cached(&headers, city.etag(), || {
+        let heights = land.pyramid().tile(tile).map_err(|error| {
+            tracing::error!(%error, "a tile of the ground cannot be read");
+            Problem::new(
+                Kind::Internal,
+                "the tile cannot be read: its file was changed",
+            )
+        })?;
         let bytes = heights.heights.iter().flat_map(|z| z.to_le_bytes());
         let mut response = Response::new(Body::from(bytes.collect::<Vec<u8>>()));
         let binary = HeaderValue::from_static("application/octet-stream");
         response.headers_mut().insert(header::CONTENT_TYPE, binary);
-        response
-    });
+        Ok(response)
+    })?;
     pin(&city, pinned, response.headers_mut());
     Ok(response)
 }

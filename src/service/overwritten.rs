@@ -13,7 +13,7 @@ use super::shared::Shared;
 /// So often the files are looked at.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// Says so once of each city whose file was written into.
+/// Says so once of each city whose file, or that of its ground, was written into.
 pub async fn watch(shared: Arc<Shared>) {
     let mut told: Vec<Arc<City>> = Vec::new();
     let mut ticks = interval(EVERY);
@@ -25,13 +25,13 @@ pub async fn watch(shared: Arc<Shared>) {
         let is_told = |city: &Arc<City>| told.iter().any(|known| Arc::ptr_eq(known, city));
         let new: Vec<Arc<City>> = scenes
             .iter()
-            .filter(|city| !is_told(city) && city.tree().is_written_into())
+            .filter(|city| !is_told(city) && city.is_written_into())
             .cloned()
             .collect();
         for city in &new {
             tracing::error!(
                 scene = city.name(),
-                "the file was written into while it is served: answers are wrong, and the \
+                "the file, or that of its ground, was written into while it is served: answers are wrong, and the \
                  service may die; put whole files in its place (mv, not cp), then send SIGHUP"
             );
         }

@@ -95,6 +95,13 @@ impl City {
         self.land.as_ref()
     }
 
+    /// Whether its file, or that of its ground, was written into since it was opened
+    /// ([`LodTree::is_written_into`]).
+    pub fn is_written_into(&self) -> bool {
+        let land = self.land.as_ref();
+        self.tree.is_written_into() || land.is_some_and(|land| land.pyramid().is_written_into())
+    }
+
     /// What it is called.
     pub fn name(&self) -> &str {
         &self.name
@@ -197,7 +204,7 @@ impl Scenes {
         let mut changed = 0;
         for (name, city) in &mut self.cities {
             match old.cities.get(name) {
-                Some(same) if same.revision == city.revision && !same.tree.is_written_into() => {
+                Some(same) if same.revision == city.revision && !same.is_written_into() => {
                     *city = Arc::clone(same);
                 }
                 _ => changed += 1,

@@ -1,5 +1,7 @@
 //! How a view judges the nodes of a ground.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::block::NodeRecord;
 use super::criterion::{Criterion, KnobError, Knobs, Seen};
 use super::cut::State;
@@ -18,6 +20,29 @@ pub(super) struct Judge<'a> {
     pub knobs: Knobs,
     /// What errs by more on the screen is drawn in parts, whatever the criterion says.
     pub max_error_px: f64,
+    /// What may be split, where that is limited.
+    pub allowance: Option<&'a Allowance>,
+}
+
+/// How many nodes may be split, those not counted that have holes.
+#[derive(Debug)]
+pub(super) struct Allowance {
+    splits: usize,
+    used: AtomicUsize,
+}
+
+impl Allowance {
+    pub fn new(splits: usize) -> Self {
+        Self {
+            splits,
+            used: AtomicUsize::new(0),
+        }
+    }
+
+    /// Whether more would have been split.
+    pub fn is_exceeded(&self) -> bool {
+        self.used.load(Ordering::Relaxed) > self.splits
+    }
 }
 
 impl<'a> Judge<'a> {
@@ -35,10 +60,18 @@ impl<'a> Judge<'a> {
             criterion: detail.criterion,
             knobs: detail.knobs.checked()?,
             max_error_px: f64::INFINITY,
+            allowance: None,
         })
     }
 
-    /// The same with a share of the detail.
+    /// Counts a node that is to be split; false where those before it are all that may be.
+    pub fn may_split(&self) -> bool {
+        self.allowance.is_none_or(|allowance| {
+            allowance.used.fetch_add(1, Ordering::Relaxed) < allowance.splits
+        })
+    }
+
+    /// The same with a share of the detail; with 0 nothing is split but what has holes.
     pub fn with_share(self, share: f64) -> Self {
         Self {
             knobs: self.criterion.share(&self.knobs, share),
@@ -65,7 +98,7 @@ impl<'a> Judge<'a> {
         let splits = || {
             self.splits(node.level, &record, bounds.center()) || self.errs(record.error, &bounds)
         };
-        if cells != [1, 1] && splits() {
+        if cells != [1, 1] && splits() && self.may_split() {
             State::Split
         } else {
             State::Drawn
@@ -86,6 +119,9 @@ impl<'a> Judge<'a> {
     /// Whether the criterion would split what errs as a side of a node does without its midpoint,
     /// seen there, or the side errs by more than it may.
     pub fn splits_side(&self, node: Node, side: usize) -> bool {
+        if self.allowance.is_some_and(Allowance::is_exceeded) {
+            return false; // what is made is given up
+        }
         if self.errs_without_midpoint(node, side) {
             return true;
         }

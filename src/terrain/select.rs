@@ -5,7 +5,7 @@ use super::criterion::{Criterion, KnobError, Knobs};
 use super::cut::Cut;
 use super::fan::Facet;
 use super::ground::Ground;
-use super::judge::Judge;
+use super::judge::{Allowance, Judge};
 use super::refine::Workers;
 use super::spare::spare_midpoints;
 use super::stitch::stitch;
@@ -23,7 +23,7 @@ pub struct Detail {
     /// its criterion asks.
     pub subdivide_within: f64,
     /// Triangles that may be drawn, if there is a limit. Two for each block in view and what
-    /// holes need are always drawn.
+    /// holes need are always drawn. Where `subdivide_within` is infinite this bounds the work too.
     pub max_triangles: Option<usize>,
 }
 
@@ -50,8 +50,13 @@ impl Detail {
 
 /// How close the share of detail under a budget comes to the largest possible one: 2⁻¹⁰ of it.
 const BISECTIONS: u32 = 10;
-/// The smallest share that is tried.
+/// The smallest share that is tried but for none.
 const LEAST_SHARE: f64 = 1e-9;
+/// A try under a budget is given up once it splits more than this many nodes a triangle and
+/// these besides: so a budget bounds the work too, whatever the view. Each node that is split and
+/// in view comes to more than a triangle; the rest is for those that are, but not their quarters.
+const SPLITS_A_TRIANGLE: usize = 4;
+const SPLITS: usize = 4096;
 
 /// What to draw of the ground. Nothing that may be in view is left out.
 ///
@@ -92,18 +97,38 @@ pub fn select_within(
         max_error_px,
         ..Judge::new(ground, view, detail)?
     };
-    let with_share = |share: f64| {
-        let judge = judge.with_share(share);
+    let with_share = |share: f64, allowance: Option<&Allowance>| {
+        let judge = Judge {
+            allowance,
+            ..judge.with_share(share)
+        };
         let mut cut = judge.refine(workers);
         stitch(&judge, detail.subdivide_within, &mut cut);
         spare_midpoints(&judge, &mut cut);
         Selection::of(ground, view, cut, share)
     };
-    let whole = with_share(1.0);
-    match detail.max_triangles {
-        Some(most) if whole.triangles > most => Ok(within_budget(most, with_share)),
-        _ => Ok(whole),
+    let Some(most) = detail.max_triangles else {
+        return Ok(with_share(1.0, None));
+    };
+    // What will be reduced is split without being drawn, and says nothing of the triangles.
+    let is_limited = detail.subdivide_within == f64::INFINITY;
+    let splits = most
+        .saturating_mul(SPLITS_A_TRIANGLE)
+        .saturating_add(SPLITS);
+    let within = |share: f64| {
+        let allowance = is_limited.then(|| Allowance::new(splits));
+        let tried = with_share(share, allowance.as_ref());
+        let is_whole = !allowance.is_some_and(|allowance| allowance.is_exceeded());
+        (is_whole && tried.triangles <= most).then_some(tried)
+    };
+    if let Some(whole) = within(1.0) {
+        return Ok(whole);
     }
+    let least = with_share(0.0, None);
+    if least.triangles > most {
+        return Ok(least);
+    }
+    Ok(largest(within).unwrap_or(least))
 }
 
 /// What the criterion alone asks for, neighbours differing by any number of levels: the first
@@ -120,22 +145,17 @@ pub fn refine(
     Ok(Judge::new(ground, view, detail)?.refine(workers))
 }
 
-/// The largest share found whose triangles are no more than `most`; the smallest one tried where
-/// even that has more.
-fn within_budget(most: usize, with_share: impl Fn(f64) -> Selection) -> Selection {
+/// What the largest share gives that is found to be within the budget; `None` where even the
+/// smallest ones are not.
+fn largest(within: impl Fn(f64) -> Option<Selection>) -> Option<Selection> {
     let (mut low, mut high) = (LEAST_SHARE.ln(), 0.0);
-    let mut best = with_share(LEAST_SHARE);
-    if best.triangles > most {
-        return best;
-    }
+    let mut best = None;
     // The count need not rise with the share everywhere, but what is kept is always within.
     for _ in 0..BISECTIONS + 5 {
         let middle = f64::midpoint(low, high);
-        let tried = with_share(middle.exp());
-        if tried.triangles <= most {
-            (low, best) = (middle, tried);
-        } else {
-            high = middle;
+        match within(middle.exp()) {
+            Some(tried) => (low, best) = (middle, Some(tried)),
+            None => high = middle,
         }
     }
     best
@@ -173,7 +193,8 @@ impl Selection {
         self.error_px
     }
 
-    /// The share of the detail asked for that the budget allowed; 1 where all of it is drawn.
+    /// The share of the detail asked for that the budget allowed; 1 where all of it is drawn, 0
+    /// where only what is always drawn.
     pub fn share(&self) -> f64 {
         self.share
     }
@@ -196,4 +217,51 @@ fn facet_error_px(ground: &Ground, view: &View, facet: &Facet) -> f64 {
     let error = side.map_or(record.whole, |side| record.skipped[side]);
     let distance = ground.bounds(node, &record).distance(view.eye());
     error_px(f64::from(error), distance, view)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::{DVec2, DVec3, DepthRange, Orientation, Projection};
+    use crate::terrain::{Grid, HeightField, Layout};
+
+    /// What would be split in thousands of places is not, once that is more than may be.
+    #[test]
+    fn an_allowance_bounds_the_work() {
+        let grid = Grid::new(129, 129, DVec2::ZERO, DVec2::splat(10.0)).unwrap();
+        let rough = (0..129 * 129_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 24) as f32);
+        let field = HeightField::new(grid, rough.collect()).unwrap();
+        let ground = Ground::cut(&field, &Layout::new(grid));
+        let view = View::new(
+            DVec3::new(640.0, 640.0, 5_000.0),
+            Orientation::LookAt {
+                target: DVec3::new(640.0, 640.0, 0.0),
+                up: DVec3::Y,
+            },
+            Projection::Perspective { fov_y_deg: 60.0 },
+            DepthRange {
+                near: 0.1,
+                far: None,
+            },
+            [u32::MAX; 2],
+        )
+        .unwrap();
+        let judge = Judge {
+            max_error_px: 1.0,
+            ..Judge::new(&ground, &view, &Detail::of(Criterion::Error)).unwrap()
+        };
+        let splits = |cut: &Cut| cut.levels().flat_map(|level| cut.splits(level)).count();
+        let all = splits(&judge.refine(Workers::One));
+        assert!(all > 5_000, "{all}");
+        for workers in [Workers::One, Workers::Pool] {
+            let allowance = Allowance::new(100);
+            let judge = Judge {
+                allowance: Some(&allowance),
+                ..judge
+            };
+            let cut = judge.refine(workers);
+            assert!(allowance.is_exceeded());
+            assert_eq!(splits(&cut), 100);
+        }
+    }
 }

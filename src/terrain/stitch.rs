@@ -80,6 +80,7 @@ impl Subdivide<'_> {
 
     /// Splits a node that was drawn whole. It has no hole, so neither have its children.
     fn open(&mut self, node: Node) {
+        self.judge.may_split(); // counts; it must be split in any case
         if node.level + 1 < self.cut.levels().end {
             for quarter in 0..4 {
                 let child = node.child(quarter);

@@ -73,6 +73,11 @@ fn ground_that_was_laid_is_drawn_and_can_be_left_out() {
         said.contains("terrain draws") && said.contains("triangles"),
         "{said}"
     );
+    desk.refuses(
+        &format!("query {LOOK} --json --patches --without terrain"),
+        2,
+        &["--patches", "--without"],
+    );
     desk.out(&format!("render {LOOK} -o laid.png"));
     desk.out(&format!("render {LOOK} -o left.png --without terrain"));
     let picture = |name: &str| std::fs::read(desk.path(name)).unwrap();
@@ -83,7 +88,11 @@ fn ground_that_was_laid_is_drawn_and_can_be_left_out() {
     desk.refuses(
         "query plain.citylod --eye 0,-9,9 --target 0,0,0 --json --patches",
         1,
-        &["terrain", "--patches"],
+        &[
+            "terrain",
+            "--patches",
+            "import ELEVATION --into plain.citylod",
+        ],
     );
 }
 
@@ -143,6 +152,19 @@ fn ground_that_is_missing_damaged_or_anothers_is_an_error() {
     };
     std::fs::remove_file(desk.path("city.terrain")).unwrap();
     refused(&["city.terrain: there is no such file", "--into city.citylod"]);
+    desk.out(&format!("query {LOOK} --without terrain"));
+    desk.write("city.terrain", b"");
+    refused(&["city.terrain: is empty"]);
+    #[cfg(unix)]
+    {
+        std::fs::remove_file(desk.path("city.terrain")).unwrap();
+        let made = std::process::Command::new("mkfifo")
+            .arg(desk.path("city.terrain"))
+            .status();
+        assert!(made.unwrap().success());
+        refused(&["city.terrain", "save it to a file first"]);
+        std::fs::remove_file(desk.path("city.terrain")).unwrap();
+    }
     let mut damaged = laid.clone();
     let at = damaged.len() - 100;
     damaged[at] ^= 4;
@@ -166,6 +188,23 @@ fn ground_that_is_missing_damaged_or_anothers_is_an_error() {
     ]);
     desk.write("city.terrain", &laid);
     desk.out(&format!("query {LOOK}"));
+}
+
+/// Laying ground writes new checksums: what is damaged must not become valid by it.
+#[test]
+fn no_ground_is_laid_under_a_damaged_city() {
+    let desk = desk();
+    let mut damaged = std::fs::read(desk.path("city.citylod")).unwrap();
+    let at = damaged.len() / 2;
+    damaged[at] ^= 4;
+    desk.write("city.citylod", &damaged);
+    desk.refuses(
+        "import ridge.asc --into city.citylod",
+        1,
+        &["city.citylod: section", "is damaged"],
+    );
+    assert_eq!(std::fs::read(desk.path("city.citylod")).unwrap(), damaged);
+    assert!(!desk.path("city.terrain").exists());
 }
 
 #[test]
@@ -198,7 +237,7 @@ fn another_city_does_not_stand_on_the_ground_of_the_one_before() {
 }
 
 #[test]
-fn settings_are_declared_before_or_after_the_ground_is_laid() {
+fn settings_are_declared_when_the_ground_is_laid() {
     let desk = desk();
     desk.write(
         "e.json",
@@ -208,17 +247,16 @@ fn settings_are_declared_before_or_after_the_ground_is_laid() {
         "house.obj",
         b"o a\nv 0 100 0\nv 4 100 0\nv 4 104 4\nf 1 2 3\n",
     );
-    desk.out("import house.obj -o city.citylod --effects e.json");
-    desk.refuses(
-        &format!("query {LOOK}"),
-        1,
-        &["there is no such file", "import ELEVATION"],
-    );
-    assert!(
-        desk.out("info city.citylod")
-            .contains("ground     none yet")
-    );
-    desk.out("import ridge.asc --into city.citylod");
+    for make in ["import house.obj", "generate --objects 9"] {
+        desk.refuses(
+            &format!("{make} -o new.citylod --effects e.json"),
+            1,
+            &["e.json: declares terrain", "--into CITY --effects e.json"],
+        );
+        assert!(!desk.path("new.citylod").exists());
+    }
+    desk.out("import house.obj -o city.citylod");
+    desk.out("import ridge.asc --into city.citylod --effects e.json");
     let effects = desk.json("info city.citylod --json")["effects"].clone();
     assert_eq!(effects["terrain"]["max_error_px"], 30.0);
     assert!(effects["terrain"]["ground"].is_u64() && effects["occlusion"].is_object());
@@ -241,8 +279,8 @@ fn motion_and_haze_take_from_the_ground_too() {
         "house.obj",
         b"o a\nv 0 -350 0\nv 4 -350 0\nv 4 -346 4\nf 1 2 3\n",
     );
-    desk.out("import house.obj -o city.citylod --effects e.json");
-    desk.out("import ridge.asc --into city.citylod");
+    desk.out("import house.obj -o city.citylod");
+    desk.out("import ridge.asc --into city.citylod --effects e.json");
     let triangles = |flags: &str| {
         let answer = desk.json(&format!("query {LOOK} --json{flags}"));
         answer["effects"]["terrain"]["triangles"].as_u64().unwrap()
@@ -251,4 +289,33 @@ fn motion_and_haze_take_from_the_ground_too() {
     assert!(slow < clear, "{slow} {clear}");
     let fast = triangles(" --without haze --speed 20");
     assert!(fast < clear, "{fast} {clear}");
+}
+
+/// Ground that is coarser than asked for may stand before what is seen: it hides nothing.
+#[test]
+fn ground_of_too_few_triangles_hides_nothing() {
+    let desk = desk();
+    let drawn = |most: u32| {
+        let effects = format!(r#"{{"terrain":{{"max_triangles":{most}}},"occlusion":{{}}}}"#);
+        desk.write("e.json", effects.as_bytes());
+        desk.out("import ridge.asc --into city.citylod --effects e.json");
+        let ids = |flags: &str| {
+            let answer = desk.json(&format!("query {LOOK} --json{flags}"));
+            answer["ids"].clone()
+        };
+        (ids(""), ids(" --without terrain"))
+    };
+    let (on, without) = drawn(100_000);
+    assert!(on.as_array().unwrap().len() < without.as_array().unwrap().len());
+    let (on, without) = drawn(40);
+    assert_eq!(on, without);
+    // The whole is one box around the eye.
+    drawn(2);
+    let terrain = desk.json(&format!("query {LOOK} --json"))["effects"]["terrain"].clone();
+    assert!(terrain["error_px"].is_null(), "{terrain}");
+    let said = desk.run(&format!("query {LOOK}")).err;
+    assert!(
+        said.contains("without a bound around the eye") && !said.contains("inf"),
+        "{said}"
+    );
 }

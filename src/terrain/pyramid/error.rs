@@ -16,6 +16,12 @@ pub enum PyramidError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// Nothing is in it.
+    #[error("{}: is empty; import the elevation again", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
     /// Not a `.terrain` file.
     #[error("{}: not a .terrain file; make one with citylod import", path.display())]
     Foreign {

@@ -17,4 +17,5 @@ pub use contents::Tile;
 pub use error::PyramidError;
 pub use file::Tiling;
 pub use open::{Pyramid, beside};
+pub(crate) use write::prepared;
 pub use write::write;

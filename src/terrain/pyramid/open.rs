@@ -1,19 +1,17 @@
 //! Opening a pyramid, with or without reading it through.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
-
-use memmap2::Mmap;
 
 use super::error::PyramidError;
 use super::file::{ALIGNMENT, Header, Section, TableEntry, Tiling};
 use super::head::{Sections, parse};
+use crate::file::{MapError, Mapped};
 
 /// An open `.terrain` file.
 #[derive(Debug)]
 pub struct Pyramid {
     pub(super) path: PathBuf,
-    pub(super) map: Mmap,
+    pub(super) map: Mapped,
     pub(super) tiling: Tiling,
     crs: Option<String>,
     pub(super) sections: Sections,
@@ -38,26 +36,17 @@ impl Pyramid {
     /// # Errors
     /// [`PyramidError`] when the file cannot be read, is none of ours, or is cut off.
     pub fn open(path: &Path) -> Result<Self, PyramidError> {
-        let io = |action| {
-            move |source| PyramidError::Io {
-                path: path.to_owned(),
-                action,
-                source,
+        let map = Mapped::open(path).map_err(|error| {
+            let path = path.to_owned();
+            match error {
+                MapError::Empty => PyramidError::Empty { path },
+                MapError::Io { action, source } => PyramidError::Io {
+                    path,
+                    action,
+                    source,
+                },
             }
-        };
-        let file = File::open(path).map_err(io("cannot open"))?;
-        if file.metadata().map_err(io("cannot open"))?.len() == 0 {
-            return Err(PyramidError::Foreign {
-                path: path.to_owned(),
-            });
-        }
-        #[allow(
-            unsafe_code,
-            reason = "mapping a file is the one thing that needs it; the caller's duty is in the docs"
-        )]
-        // SAFETY: the map is only read, through slices that live no longer than it, and every
-        // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
-        let map = unsafe { Mmap::map(&file) }.map_err(io("cannot map"))?;
+        })?;
         let (tiling, sections) = parse(path, &map)?;
         check(path, &map, &sections, Section::Crs)?;
         let crs = std::str::from_utf8(&map[sections[Section::Crs as usize].clone()]);
@@ -96,6 +85,12 @@ impl Pyramid {
     /// Coordinate reference system, where the source named one.
     pub fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
+    }
+
+    /// Whether the file was written into since it was opened: then tiles may be wrong, and where
+    /// it became shorter, reading on may end the process. False where the file cannot tell.
+    pub fn is_written_into(&self) -> bool {
+        self.map.is_written_into()
     }
 
     /// Length of the file.

@@ -27,9 +27,25 @@ pub fn write(
     path: &Path,
     tiling: &Tiling,
     crs: Option<&str>,
-    mut height: impl FnMut(u32, u32) -> f32,
+    height: impl FnMut(u32, u32) -> f32,
     progress: &dyn Fn(usize, usize),
 ) -> Result<(), PyramidError> {
+    let written = prepared(path, tiling, crs, height, progress)?;
+    written.finish().map_err(|source| PyramidError::Io {
+        path: path.to_owned(),
+        action: "cannot write",
+        source,
+    })
+}
+
+/// The file that [`write()`] writes, but for its name.
+pub(crate) fn prepared(
+    path: &Path,
+    tiling: &Tiling,
+    crs: Option<&str>,
+    mut height: impl FnMut(u32, u32) -> f32,
+    progress: &dyn Fn(usize, usize),
+) -> Result<Replacement, PyramidError> {
     let io = |source| PyramidError::Io {
         path: path.to_owned(),
         action: "cannot write",
@@ -65,7 +81,7 @@ pub fn write(
         progress(number + 1, blocks);
     }
     finish(file, tiling, &sections, length).map_err(io)?;
-    replacement.finish().map_err(io)
+    Ok(replacement)
 }
 
 /// Measures one block. Blocks reach beyond the raster; only the posts within it are asked for.

@@ -1,6 +1,7 @@
-use citylod::geom::DVec2;
+use citylod::geom::{DVec2, DVec3, DepthRange, Orientation, Projection, View};
 use citylod::terrain::{
-    Criterion, Detail, Ground, HeightField, Knobs, Layout, Mesh, Workers, select,
+    Criterion, Detail, Grid, Ground, HeightField, Knobs, Layout, Mesh, Workers, select,
+    select_within,
 };
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -224,7 +225,7 @@ fn knobs_change_what_is_drawn() {
 #[test]
 fn cracks_are_seen() {
     let field = hills([80, 70]);
-    let ground = Ground::cut(&field, &Layout::new(*field.grid()));
+    let ground = Ground::cut(&field, &Layout::with_levels(*field.grid(), 9));
     let detail = Detail::of(Criterion::Error);
     let view = from_above(&field, 3.0);
     let selection = select(&ground, &view, &detail, Workers::One).unwrap();
@@ -257,6 +258,55 @@ fn cracks_are_seen() {
         mesh.triangles[at] = [c, a, m];
         mesh.triangles.push([c, m, b]);
     }));
+}
+
+/// However sharp the eye, a budget is kept, and used.
+#[test]
+fn a_budget_is_kept_by_the_sharpest_eye() {
+    let field = HeightField::new(
+        Grid::new(513, 513, DVec2::ZERO, DVec2::splat(10.0)).unwrap(),
+        (0..513 * 513_u32)
+            .map(|at| (at.wrapping_mul(2_654_435_761) >> 24) as f32)
+            .collect(),
+    )
+    .unwrap();
+    let ground = Ground::cut(&field, &Layout::new(*field.grid()));
+    let view = View::new(
+        DVec3::new(2_560.0, -500.0, 900.0),
+        Orientation::LookAt {
+            target: DVec3::new(2_560.0, 2_560.0, 0.0),
+            up: DVec3::Z,
+        },
+        Projection::Perspective { fov_y_deg: 60.0 },
+        DepthRange {
+            near: 0.1,
+            far: None,
+        },
+        [u32::MAX, u32::MAX],
+    )
+    .unwrap();
+    for criterion in Criterion::ALL {
+        for most in [100, 3_000] {
+            let detail = Detail {
+                max_triangles: Some(most),
+                ..Detail::of(criterion)
+            };
+            let chosen = select_within(&ground, &view, &detail, 1.5, Workers::One).unwrap();
+            assert!(
+                chosen.triangles() <= most,
+                "{criterion:?} {most}: {}",
+                chosen.triangles()
+            );
+            assert!(chosen.share() < 1.0);
+            if most == 3_000 {
+                assert!(
+                    chosen.triangles() > most / 2,
+                    "{criterion:?}: {}",
+                    chosen.triangles()
+                );
+            }
+        }
+    }
 }
 
 #[test]
