@@ -144,7 +144,7 @@ fn measure(
         effect,
         declared: active.is_some(),
         on,
-        instructions: counter.count(city, without),
+        instructions: counter.count(city, without, running.motion.is_some()),
         count: frame.selection().count(),
         frame_us,
     }
@@ -226,13 +226,13 @@ impl<'a> Counter<'a> {
 
     /// Instructions of one frame whose memory is there already; `None` where they cannot be
     /// counted.
-    fn count(&self, city: &Path, without: Option<&str>) -> Option<u64> {
-        let [three, two] = [3, 2].map(|frames| self.frames(frames, city, without));
+    fn count(&self, city: &Path, without: Option<&str>, moves: bool) -> Option<u64> {
+        let [three, two] = [3, 2].map(|frames| self.frames(frames, city, without, moves));
         three?.checked_sub(two?).filter(|&one| one > 0)
     }
 
     /// Instructions of so many frames, one after another.
-    fn frames(&self, frames: u32, city: &Path, without: Option<&str>) -> Option<u64> {
+    fn frames(&self, frames: u32, city: &Path, without: Option<&str>, moves: bool) -> Option<u64> {
         let program = self.program?;
         let out = self.folder.join("callgrind.out");
         let point = |p: crate::geom::DVec3| format!("{},{},{}", p.x, p.y, p.z);
@@ -246,10 +246,12 @@ impl<'a> Counter<'a> {
             .args(["--eye", &point(self.street.eye)])
             .args(["--target", &point(self.street.target)])
             .args(["--far-dist", &FAR_DIST_M.to_string()])
-            .args(["--speed", &SPEED_MPS.to_string()])
             .args(["--repeat", &frames.to_string()])
             .stdout(Stdio::null())
             .stderr(Stdio::null());
+        if moves {
+            valgrind.args(["--speed", &SPEED_MPS.to_string()]);
+        }
         if let Some(effect) = without {
             valgrind.args(["--without", effect]);
         }
