@@ -17,10 +17,7 @@ fn view(eye: DVec3, target: DVec3) -> View {
         target,
         up: DVec3::Z,
     };
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     let projection = Projection::Perspective { fov_y_deg: 60.0 };
     View::new(eye, orientation, projection, depth, SIZE).unwrap()
 }

@@ -31,10 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             up: DVec3::Z,
         };
         let projection = Projection::Perspective { fov_y_deg: 60.0 };
-        let depth = DepthRange {
-            near: 0.1,
-            far: None,
-        };
+        let depth = DepthRange::default();
         let view = View::new(eye, orientation, projection, depth, [1920, 1080])?;
 
         let lod;

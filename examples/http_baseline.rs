@@ -77,10 +77,7 @@ fn far_dist_for(tree: &LodTree) -> Result<(f64, u32)> {
             up: DVec3::Z,
         },
         Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
+        DepthRange::default(),
         [1920, 1080],
     )?;
     let mut selection = Selection::default();

@@ -19,10 +19,7 @@ pub fn view() -> View {
         target: eye + DVec3::new(3.0, 1.0, 0.0),
         up: DVec3::Z,
     };
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     let projection = Projection::Perspective { fov_y_deg: 60.0 };
     View::new(eye, orientation, projection, depth, [1920, 1080]).unwrap()
 }

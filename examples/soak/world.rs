@@ -81,10 +81,7 @@ impl World {
                 up: DVec3::Z,
             },
             Projection::Perspective { fov_y_deg: 60.0 },
-            DepthRange {
-                near: 0.1,
-                far: None,
-            },
+            DepthRange::default(),
             [1920, 1080],
         )?;
         let lod = RangeLod::new(pose.far_dist_m, 2.5, 4, Beyond::Show)?;

@@ -134,10 +134,7 @@ fn lod(args: &SelectArgs) -> Result<Lod, LodError> {
 }
 
 fn view(args: &SelectArgs) -> Result<View, crate::geom::ViewError> {
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     let fov_y_deg = args.fov;
     View::new(
         args.eye.0,

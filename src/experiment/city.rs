@@ -91,10 +91,7 @@ pub(super) fn level_cameras(tree: &LodTree, places: u32) -> Vec<Camera> {
     let middle = densest(tree);
     let size = tree.bounds().size();
     let spread = size.x.min(size.y) * 0.06;
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     (0_u32..)
         .zip(spiral(middle, spread, places))
         .flat_map(|(place, eye)| {

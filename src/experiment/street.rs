@@ -47,10 +47,7 @@ pub(super) fn views(tree: &LodTree, count: usize) -> Result<Vec<Street>, ReportE
                 up: DVec3::Z,
             },
             Projection::Perspective { fov_y_deg: 60.0 },
-            DepthRange {
-                near: 0.1,
-                far: None,
-            },
+            DepthRange::default(),
             [1920, 1080],
         )?;
         streets.push(Street { eye, target, view });

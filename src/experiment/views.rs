@@ -199,10 +199,7 @@ fn near(tree: &LodTree) -> Result<View, ReportError> {
 }
 
 fn camera(eye: DVec3, target: DVec3) -> Result<View, ReportError> {
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     let up = DVec3::Z;
     let orientation = Orientation::LookAt { target, up };
     let projection = Projection::Perspective { fov_y_deg: 50.0 };

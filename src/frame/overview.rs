@@ -117,10 +117,7 @@ fn is_shut_in(frame: &mut Frame, tree: &LodTree, view: &View) -> bool {
 
 fn looking(eye: DVec3, target: DVec3) -> Option<View> {
     let up = DVec3::Z;
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     let projection = Projection::Perspective { fov_y_deg: 60.0 };
     let orientation = Orientation::LookAt { target, up };
     View::new(eye, orientation, projection, depth, [1920, 1080]).ok()

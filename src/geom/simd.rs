@@ -107,10 +107,15 @@ thread_local! {
 pub fn in_registers_of_four<T>(work: impl FnOnce() -> T) -> Option<T> {
     #[cfg(target_arch = "x86_64")]
     if avx2::available().is_some() {
+        struct Again;
+        impl Drop for Again {
+            fn drop(&mut self) {
+                ONLY_FOUR.set(false);
+            }
+        }
         ONLY_FOUR.set(true);
-        let made = work();
-        ONLY_FOUR.set(false);
-        return Some(made);
+        let _again = Again; // where the work panics too
+        return Some(work());
     }
     drop(work);
     None

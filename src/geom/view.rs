@@ -75,6 +75,16 @@ pub struct DepthRange {
     pub far: Option<f64>,
 }
 
+impl Default for DepthRange {
+    /// From 0.1 m to infinity.
+    fn default() -> Self {
+        Self {
+            near: 0.1,
+            far: None,
+        }
+    }
+}
+
 struct Basis {
     right: DVec3,
     up: DVec3,

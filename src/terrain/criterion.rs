@@ -44,14 +44,6 @@ pub struct KnobError {
     pub value: f64,
 }
 
-/// No such criterion.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no criterion {name:?}; there are roughness, error, motion and vertex")]
-pub struct UnknownCriterion {
-    /// As asked for.
-    pub name: String,
-}
-
 /// A node as an eye sees it.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
@@ -123,17 +115,6 @@ impl Criterion {
             threshold: knobs.threshold * share,
             ..*knobs
         }
-    }
-}
-
-impl std::str::FromStr for Criterion {
-    type Err = UnknownCriterion;
-
-    fn from_str(name: &str) -> Result<Self, UnknownCriterion> {
-        let found = Self::ALL.into_iter().find(|c| c.name() == name);
-        found.ok_or_else(|| UnknownCriterion {
-            name: name.to_owned(),
-        })
     }
 }
 

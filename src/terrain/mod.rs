@@ -30,7 +30,7 @@ mod store;
 mod triangle;
 
 pub use block::{Block, BlockError, NodeRecord};
-pub use criterion::{Criterion, KnobError, Knobs, REST_MPS, Seen, UnknownCriterion};
+pub use criterion::{Criterion, KnobError, Knobs, REST_MPS, Seen};
 pub use cut::{Cut, State};
 pub use fan::Facet;
 pub use field::{FieldError, Grid, HeightField};

@@ -239,10 +239,7 @@ mod tests {
                 up: DVec3::Y,
             },
             Projection::Perspective { fov_y_deg: 60.0 },
-            DepthRange {
-                near: 0.1,
-                far: None,
-            },
+            DepthRange::default(),
             [u32::MAX; 2],
         )
         .unwrap();

@@ -234,10 +234,7 @@ fn a_budget_under_haze_asks_a_few_times() {
             up: DVec3::Z,
         },
         Projection::Perspective { fov_y_deg: 170.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
+        DepthRange::default(),
         [1920, 1080],
     )
     .unwrap();

@@ -170,10 +170,7 @@ fn view() -> View {
             up: DVec3::Z,
         },
         Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
+        DepthRange::default(),
         [800, 600],
     )
     .unwrap()

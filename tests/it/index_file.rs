@@ -220,10 +220,7 @@ fn read_all(tree: &LodTree, views: &[View], lods: &[RangeLod], selection: &mut S
 
 fn views_and_lods() -> (Vec<View>, Vec<RangeLod>) {
     let view = |eye: DVec3, target: DVec3, projection| {
-        let depth = DepthRange {
-            near: 0.1,
-            far: None,
-        };
+        let depth = DepthRange::default();
         let up = DVec3::Z;
         View::new(
             eye,

@@ -267,10 +267,7 @@ fn equal_objects_go_by_their_numbers() {
     };
     let tree = index::build(&scene, Promotion::Largest).unwrap();
     let mut selection = Selection::default();
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     for eye in [DVec3::splat(0.5), DVec3::new(-9.0, 0.5, 0.5)] {
         let target = eye + DVec3::X;
         let orientation = Orientation::LookAt {

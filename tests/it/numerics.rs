@@ -5,10 +5,7 @@ use citylod::scene::{Scene, SceneObject};
 
 use crate::support::object;
 
-const DEPTH: DepthRange = DepthRange {
-    near: 0.1,
-    far: None,
-};
+const DEPTH: DepthRange = DepthRange::default();
 
 fn found(objects: Vec<SceneObject>, view: &View) -> Vec<String> {
     let mut scene = Scene {

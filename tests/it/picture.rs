@@ -11,10 +11,7 @@ const SIZE: [u32; 2] = [160, 90];
 
 fn view(eye: DVec3, target: DVec3) -> View {
     let up = DVec3::Z;
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     View::new(
         eye,
         Orientation::LookAt { target, up },

@@ -599,10 +599,7 @@ fn a_view_of_any_projection_fills_the_whole_buffer() {
                 up: DVec3::Z,
             },
             projection,
-            DepthRange {
-                near: 0.1,
-                far: None,
-            },
+            DepthRange::default(),
             [1920, 1080],
         )
         .unwrap();

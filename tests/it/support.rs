@@ -28,10 +28,7 @@ pub fn look(eye: DVec3, target: DVec3) -> View {
             up: DVec3::Z,
         },
         Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
+        DepthRange::default(),
         [1920, 1080],
     )
     .unwrap()

@@ -81,10 +81,7 @@ fn viewpoint(
     orientation: Orientation,
     projection: Projection,
 ) -> Result<Viewpoint, ReportError> {
-    let depth = DepthRange {
-        near: 0.1,
-        far: None,
-    };
+    let depth = DepthRange::default();
     let from = |eye| View::new(eye, orientation, projection, depth, VIEWPORT);
     Ok(Viewpoint {
         name,

@@ -56,10 +56,7 @@ fn views(tree: &LodTree) -> Result<Vec<View>, ReportError> {
                 up: DVec3::Z,
             },
             Projection::Perspective { fov_y_deg: 60.0 },
-            DepthRange {
-                near: 0.1,
-                far: None,
-            },
+            DepthRange::default(),
             [1920, 1080],
         )
     });

@@ -175,10 +175,7 @@ fn patches_with_their_tiles_are_the_ground_of_the_view() {
                 up: DVec3::Z,
             },
             Projection::Perspective { fov_y_deg: 60.0 },
-            DepthRange {
-                near: 0.1,
-                far: None,
-            },
+            DepthRange::default(),
             [1280, 720],
         )
         .unwrap();

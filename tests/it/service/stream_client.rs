@@ -220,10 +220,7 @@ impl<'a> Full<'a> {
                 up: DVec3::Z,
             },
             Projection::Perspective { fov_y_deg: 60.0 },
-            DepthRange {
-                near: 0.1,
-                far: None,
-            },
+            DepthRange::default(),
             [1920, 1080],
         )
         .unwrap();

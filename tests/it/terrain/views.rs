@@ -278,10 +278,7 @@ fn a_budget_is_kept_by_the_sharpest_eye() {
             up: DVec3::Z,
         },
         Projection::Perspective { fov_y_deg: 60.0 },
-        DepthRange {
-            near: 0.1,
-            far: None,
-        },
+        DepthRange::default(),
         [u32::MAX, u32::MAX],
     )
     .unwrap();
