@@ -5,7 +5,10 @@ use citylod::scene::{Scene, SceneObject};
 
 use crate::support::object;
 
-const DEPTH: DepthRange = DepthRange::default();
+const DEPTH: DepthRange = DepthRange {
+    near: 0.1,
+    far: None,
+};
 
 fn found(objects: Vec<SceneObject>, view: &View) -> Vec<String> {
     let mut scene = Scene {
