@@ -43,8 +43,9 @@ function cities(folder) {
 
 /** Goes to a scene. */
 async function go(page, base, scene) {
+  // From elsewhere: a page that is open writes where it is into the address, at any moment.
+  await page.goto('about:blank');
   await page.goto(`${base}/#scene=${scene}`);
-  await page.reload();
   await page.waitForFunction(shown, undefined, { timeout: 60_000 });
 }
 
