@@ -3,9 +3,13 @@
 use std::collections::BTreeSet;
 
 use compact_str::CompactString;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Effects, Scene, SceneObject};
+
+/// Objects whose classes are collected together.
+const PIECE: usize = 4096;
 
 /// The `meta` section.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -29,15 +33,20 @@ impl Meta {
 
     /// The same with the classes of all objects.
     pub(super) fn with_classes(self, objects: &[&SceneObject]) -> Self {
-        let mut classes = BTreeSet::new();
-        let mut last = None;
-        for object in objects {
-            // Neighbours are mostly of one kind.
-            if last != Some(&object.class) {
-                classes.insert(object.class.clone());
-                last = Some(&object.class);
-            }
-        }
+        let classes = objects
+            .par_chunks(PIECE)
+            .map(|objects| {
+                // Neighbours are mostly of one kind.
+                let kinds = objects.chunk_by(|a, b| a.class == b.class);
+                kinds.map(|kind| kind[0].class.clone()).collect()
+            })
+            .reduce(
+                BTreeSet::new,
+                |mut all, mut more: BTreeSet<CompactString>| {
+                    all.append(&mut more);
+                    all
+                },
+            );
         Self {
             classes: classes.into_iter().collect(),
             ..self
