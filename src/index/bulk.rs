@@ -9,8 +9,9 @@
 use rayon::prelude::*;
 
 use super::hierarchy::{Canonical, Hierarchy, Level};
+use super::rows::{Row, Rows};
 use super::{Candidate, LodEnvelope, MAX_FAN_OUT, Promotion};
-use crate::scene::SceneObject;
+use crate::geom::Aabb;
 
 /// Children of an inner node: one less than it may have, so that one group of eight boxes is
 /// tested at a time. Leaves take [`MAX_FAN_OUT`], of which one is promoted.
@@ -22,8 +23,33 @@ const PARALLEL_FROM: usize = 16 * 1024;
 /// middle of the city, and for [`Promotion::Largest`] its radius on the scale of [`SIZE_SCALE`].
 #[derive(Debug, Clone, Copy)]
 struct Place<const AXES: usize> {
-    at: [f32; AXES],
+    /// See [`ordered`].
+    at: [u32; AXES],
     object: Canonical,
+}
+
+impl<const AXES: usize> Place<AXES> {
+    /// What is compared along an axis; of equals the object with the lower number comes first.
+    fn key(&self, axis: usize) -> u64 {
+        u64::from(self.at[axis]) << 32 | u64::from(self.object)
+    }
+}
+
+/// Integers in the order of [`f32::total_cmp`]: two of them are compared in one instruction.
+fn ordered(x: f32) -> u32 {
+    let bits = x.to_bits();
+    let flipped = if bits >> 31 == 0 { 1 << 31 } else { u32::MAX };
+    bits ^ flipped
+}
+
+/// The number that [`ordered`] was given.
+fn number(ordered: u32) -> f32 {
+    let flipped = if ordered >> 31 == 1 {
+        1 << 31
+    } else {
+        u32::MAX
+    };
+    f32::from_bits(ordered ^ flipped)
 }
 
 /// How many metres of distance count as much as one of radius. Which objects are large enough on
@@ -33,24 +59,23 @@ struct Place<const AXES: usize> {
 const SIZE_SCALE: f64 = 128.0;
 
 /// The hierarchy of all objects of the scene.
-pub(super) fn load(objects: &[&SceneObject], promotion: Promotion) -> Hierarchy {
-    if objects.is_empty() {
+pub(super) fn load(rows: &Rows, promotion: Promotion) -> Hierarchy {
+    if rows.len() == 0 {
         return Hierarchy::default();
     }
-    let height = height(objects.len());
+    let height = height(rows.len());
     let mut levels: Vec<Level> = (0..=height).map(|_| Level::default()).collect();
-    plan(objects.len(), height, &mut levels);
+    plan(rows.len(), height, &mut levels);
     let order = match promotion {
-        Promotion::Tallest | Promotion::Footprint => order(objects, height, |_, [x, y]| [x, y]),
-        Promotion::Largest => order(objects, height, |object, [x, y]| {
-            [x, y, (object.bounds.radius() * SIZE_SCALE) as f32]
+        Promotion::Tallest | Promotion::Footprint => order(rows, height, |_, [x, y]| [x, y]),
+        Promotion::Largest => order(rows, height, |bounds, [x, y]| {
+            [x, y, (bounds.radius() * SIZE_SCALE) as f32]
         }),
     };
 
     for k in 0..levels.len() {
         let (below, this) = levels.split_at_mut(k);
         let starts = this[0].child_starts();
-        let children = |node: usize| starts[node] as usize..starts[node + 1] as usize;
         let merged = |parts: &mut dyn Iterator<Item = LodEnvelope<Canonical>>| {
             parts.fold(LodEnvelope::nothing(), |mut all, part| {
                 all.absorb(&part);
@@ -59,13 +84,18 @@ pub(super) fn load(objects: &[&SceneObject], promotion: Promotion) -> Hierarchy 
         };
         this[0].envelopes = (0..starts.len() - 1)
             .into_par_iter()
-            .map(|node| match below.last() {
-                Some(below) => merged(&mut below.envelopes[children(node)].iter().cloned()),
-                None => merged(&mut order[children(node)].iter().map(|&key| {
-                    let object = objects[key as usize];
-                    let score = promotion.score(object);
-                    LodEnvelope::of(&object.bounds, Candidate { score, key })
-                })),
+            .map(|node| {
+                let children = starts[node] as usize..starts[node + 1] as usize;
+                if let Some(below) = below.last() {
+                    return merged(&mut below.envelopes[children].iter().cloned());
+                }
+                let keys = &order[children];
+                let rows = rows.of(keys);
+                merged(&mut rows.iter().zip(keys).map(|(row, &key)| {
+                    let bounds = row.bounds();
+                    let score = promotion.score_of(&bounds, row.footprint_area);
+                    LodEnvelope::of(&bounds, Candidate { score, key })
+                }))
             })
             .collect();
     }
@@ -77,22 +107,25 @@ pub(super) fn load(objects: &[&SceneObject], promotion: Promotion) -> Hierarchy 
 
 /// The objects in the order in which the nodes of a tree of this height hold them.
 fn order<const AXES: usize>(
-    objects: &[&SceneObject],
+    rows: &Rows,
     height: usize,
-    place: impl Fn(&SceneObject, [f32; 2]) -> [f32; AXES] + Sync,
+    place: impl Fn(&Aabb, [f32; 2]) -> [f32; AXES] + Sync,
 ) -> Vec<Canonical> {
-    let middle = objects
+    let middle = rows
+        .all()
         .par_iter()
-        .map(|o| o.bounds)
+        .map(Row::bounds)
         .reduce_with(|a, b| a.union(&b))
         .map_or(glam::DVec3::ZERO, |all| all.center());
-    let mut places: Vec<Place<AXES>> = objects
+    let mut places: Vec<Place<AXES>> = rows
+        .all()
         .par_iter()
         .enumerate()
-        .map(|(key, object)| {
-            let center = object.bounds.center() - middle;
+        .map(|(key, row)| {
+            let bounds = row.bounds();
+            let center = bounds.center() - middle;
             Place {
-                at: place(object, [center.x as f32, center.y as f32]),
+                at: place(&bounds, [center.x as f32, center.y as f32]).map(ordered),
                 object: key as Canonical,
             }
         })
@@ -143,11 +176,7 @@ fn bisect<const AXES: usize>(places: &mut [Place<AXES>], parts: usize, height: u
     }
     let first = first_half(places.len(), parts);
     let axis = widest_axis(places);
-    places.select_nth_unstable_by(first, |a, b| {
-        a.at[axis]
-            .total_cmp(&b.at[axis])
-            .then(a.object.cmp(&b.object))
-    });
+    places.select_nth_unstable_by_key(first, |place| place.key(axis));
     let parallel = places.len() >= PARALLEL_FROM;
     let (a, b) = places.split_at_mut(first);
     let mut left = || bisect(a, parts / 2, height);
@@ -161,15 +190,15 @@ fn bisect<const AXES: usize>(places: &mut [Place<AXES>], parts: usize, height: u
 }
 
 fn widest_axis<const AXES: usize>(places: &[Place<AXES>]) -> usize {
-    let mut low = [f32::INFINITY; AXES];
-    let mut high = [f32::NEG_INFINITY; AXES];
+    let mut low = [u32::MAX; AXES];
+    let mut high = [0; AXES];
     for place in places {
         for axis in 0..AXES {
             low[axis] = low[axis].min(place.at[axis]);
             high[axis] = high[axis].max(place.at[axis]);
         }
     }
-    let width = |axis: usize| high[axis] - low[axis];
+    let width = |axis: usize| number(high[axis]) - number(low[axis]);
     (1..AXES).fold(0, |widest, axis| {
         if width(axis) > width(widest) {
             axis

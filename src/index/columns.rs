@@ -1,35 +1,29 @@
-//! What is kept of each object and of the objects of each node, written in one pass.
+//! What a file keeps of each object and of the objects of each node, written in one pass.
 //!
-//! Objects lie in memory as the scene has them and are stored in the order of the tree, so a look
-//! at one mostly misses the caches: here each is looked at once, for all that is kept of it.
+//! Rows lie in the order of ids and are stored in the order of the tree, so a look at one mostly
+//! misses the caches: here each is looked at once, for all that is kept of it.
 
 use std::ops::Range;
 
-use compact_str::CompactString;
 use rayon::prelude::*;
 
 use super::blocks::{self, Blocks};
 use super::file::{Block, Radii, Section};
 use super::image::Sections;
-use super::meta::Meta;
 use super::outward::stored_radius;
 use super::plan::Plan;
-use super::texts::{Attributes, Id, Lengths, Text};
+use super::rows::Rows;
+use super::texts::TextsMut;
 use crate::geom::DVec3;
-use crate::scene::SceneObject;
 
 /// Nodes that are written together.
 const PIECE: usize = 1024;
 
 /// What the columns are made from.
 pub(super) struct Source<'a> {
-    /// In canonical order.
-    pub(super) objects: &'a [&'a SceneObject],
+    pub(super) rows: &'a Rows,
     pub(super) plan: &'a Plan,
     pub(super) own_blocks: &'a Blocks<'a>,
-    pub(super) meta: &'a Meta,
-    pub(super) ids: &'a Lengths,
-    pub(super) attributes: &'a Lengths,
     /// What the boxes of blocks are relative to.
     pub(super) origin: DVec3,
 }
@@ -48,50 +42,12 @@ struct Columns<'a> {
     classes: &'a mut [u32],
     footprints: &'a mut [f64],
     triangles: &'a mut [u32],
-    ids: Texts<'a>,
-    attributes: Texts<'a>,
+    ids: TextsMut<'a>,
+    attributes: TextsMut<'a>,
     blocks: &'a mut [Block],
     block_radii: &'a mut [Radii],
     largest: &'a mut [f32],
     least: &'a mut [f32],
-}
-
-/// Texts still to be written, and where each begins in the whole section.
-struct Texts<'a> {
-    starts: &'a mut [u64],
-    bytes: &'a mut [u8],
-    begin: u64,
-}
-
-impl<'a> Texts<'a> {
-    fn split_off(&mut self, objects: usize, bytes: usize) -> Option<Texts<'a>> {
-        // Texts that nobody has are not even counted.
-        let objects = if self.starts.is_empty() { 0 } else { objects };
-        let begin = self.begin;
-        self.begin += bytes as u64;
-        Some(Texts {
-            starts: self.starts.split_off_mut(..objects)?,
-            bytes: self.bytes.split_off_mut(..bytes)?,
-            begin,
-        })
-    }
-
-    fn write(&mut self, text: &impl Text, object: &SceneObject, length: usize) {
-        if let Some(start) = self.starts.split_off_first_mut() {
-            *start = self.begin;
-            self.begin += length as u64;
-            if let Some(bytes) = self.bytes.split_off_mut(..length) {
-                text.write(object, bytes);
-            }
-        }
-    }
-
-    /// After the last one: where they end.
-    fn finish(self) {
-        if let [end] = self.starts {
-            *end = self.begin;
-        }
-    }
 }
 
 /// Writes the sections that hold something of each object.
@@ -106,16 +62,14 @@ pub(super) fn fill(source: &Source, sections: &mut Sections) -> OwnRadii {
         classes: sections.take(Section::Classes),
         footprints: sections.take(Section::Footprints),
         triangles: sections.take(Section::Triangles),
-        ids: Texts {
-            starts: sections.take(Section::IdStarts),
-            bytes: sections.take(Section::Ids),
-            begin: 0,
-        },
-        attributes: Texts {
-            starts: sections.take(Section::AttributeStarts),
-            bytes: sections.take(Section::Attributes),
-            begin: 0,
-        },
+        ids: TextsMut::new(
+            sections.take(Section::IdStarts),
+            sections.take(Section::Ids),
+        ),
+        attributes: TextsMut::new(
+            sections.take(Section::AttributeStarts),
+            sections.take(Section::Attributes),
+        ),
         blocks: sections.take(Section::OwnBlocks),
         block_radii: sections.take(Section::OwnRadii),
         largest: &mut radii.largest,
@@ -154,7 +108,7 @@ impl Source<'_> {
     /// Bytes that their ids and attributes take.
     fn text_lengths(&self, nodes: Range<usize>) -> [usize; 2] {
         let objects = &self.plan.order[self.own(nodes)];
-        [self.ids, self.attributes].map(|lengths| lengths.of_all(objects))
+        [&self.rows.ids, &self.rows.attributes].map(|texts| texts.length_of(objects))
     }
 }
 
@@ -174,8 +128,8 @@ impl<'a> Columns<'a> {
             classes: self.classes.split_off_mut(..objects)?,
             footprints: self.footprints.split_off_mut(..objects)?,
             triangles: self.triangles.split_off_mut(..objects)?,
-            ids: self.ids.split_off(objects, id_bytes)?,
-            attributes: self.attributes.split_off(objects, attribute_bytes)?,
+            ids: self.ids.split_off(objects, id_bytes),
+            attributes: self.attributes.split_off(objects, attribute_bytes),
             blocks: self.blocks.split_off_mut(..blocks)?,
             block_radii: self.block_radii.split_off_mut(..blocks)?,
             largest: self.largest.split_off_mut(..nodes.len())?,
@@ -185,51 +139,26 @@ impl<'a> Columns<'a> {
 
     fn write(mut self, source: &Source, nodes: Range<usize>) {
         let mut blocks = self.blocks.iter_mut().zip(self.block_radii.iter_mut());
-        let mut classes = ClassNumbers::new(source.meta);
         let mut at = 0;
         for (node, extremes) in nodes.zip(self.largest.iter_mut().zip(self.least.iter_mut())) {
             let own = &source.plan.order[source.own(node..node + 1)];
             for (group, (block, radii)) in own.chunks(8).zip(&mut blocks) {
                 let first = at;
-                for (&key, radius) in group.iter().zip(radii.iter_mut()) {
-                    let object = source.objects[key as usize];
-                    self.boxes[at] = object.bounds.to_array();
-                    self.classes[at] = classes.of(&object.class);
-                    self.footprints[at] = object.footprint_area;
-                    self.triangles[at] = object.triangles;
-                    self.ids.write(&Id, object, source.ids.of(key));
-                    let attributes = source.attributes.of(key);
-                    self.attributes.write(&Attributes, object, attributes);
-                    *radius = stored_radius(object.bounds.radius());
+                let rows = source.rows.of(group);
+                for (row, radius) in rows[..group.len()].iter().zip(radii.iter_mut()) {
+                    let bounds = row.bounds();
+                    self.boxes[at] = bounds.to_array();
+                    self.classes[at] = row.class;
+                    self.footprints[at] = row.footprint_area;
+                    self.triangles[at] = row.triangles;
+                    *radius = stored_radius(bounds.radius());
                     *extremes.0 = extremes.0.max(*radius);
                     *extremes.1 = extremes.1.min(*radius);
                     at += 1;
                 }
+                self.ids.copy(&source.rows.ids, group);
+                self.attributes.copy(&source.rows.attributes, group);
                 blocks::place(source.origin, &self.boxes[first..at], block);
-            }
-        }
-    }
-}
-
-/// Numbers of classes; neighbours are mostly of one kind.
-struct ClassNumbers<'a> {
-    meta: &'a Meta,
-    last: Option<(&'a CompactString, u32)>,
-}
-
-impl<'a> ClassNumbers<'a> {
-    fn new(meta: &'a Meta) -> Self {
-        Self { meta, last: None }
-    }
-
-    fn of(&mut self, class: &CompactString) -> u32 {
-        match self.last {
-            Some((name, number)) if name == class => number,
-            _ => {
-                let number = self.meta.class_number(class);
-                let name = self.meta.classes().get(number as usize);
-                self.last = name.map(|name| (name, number));
-                number
             }
         }
     }

@@ -7,6 +7,7 @@ use rstar::{ParentNode, RStarInsertionStrategy, RTree, RTreeNode, RTreeObject, R
 
 use super::hierarchy::{Canonical, Hierarchy, Level};
 use super::meta::Meta;
+use super::rows::Rows;
 use super::{
     BuildError, Candidate, LodEnvelope, LodTree, MAX_FAN_OUT, MIN_FAN_OUT, Promotion, pack,
 };
@@ -128,8 +129,9 @@ impl CityTree {
         if u32::try_from(self.objects.len()).is_ok_and(|n| n < u32::MAX) {
             let objects: Vec<&SceneObject> = self.objects.values().collect();
             let hierarchy = self.hierarchy(&objects);
-            let meta = self.meta.clone();
-            Ok(pack::pack(&objects, &hierarchy, self.promotion, meta))
+            let meta = self.meta.clone().with_classes(&objects);
+            let rows = Rows::new(&objects, &meta);
+            Ok(pack::pack(&rows, &hierarchy, self.promotion, meta))
         } else {
             Err(BuildError::TooManyObjects {
                 count: self.objects.len(),

@@ -51,7 +51,7 @@ impl Level {
 
 /// The scene's objects in the order of their ids.
 pub(super) fn canonical_order(scene: &Scene) -> Result<Vec<&SceneObject>, BuildError> {
-    let mut objects: Vec<&SceneObject> = scene.objects.iter().collect();
+    let mut objects: Vec<&SceneObject> = scene.objects.par_iter().collect();
     if u32::try_from(objects.len()).is_ok_and(|n| n < u32::MAX) {
         if objects.par_windows(2).all(|pair| pair[0].id < pair[1].id) {
             return Ok(objects);

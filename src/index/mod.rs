@@ -1,6 +1,6 @@
 //! The 3D R-tree with representatives in its nodes, packed for querying, saving and mapping.
 //!
-//! objects → hierarchy ([`build`] for a whole city, [`CityTree`] after edits) → [`LodTree`]
+//! objects → rows → hierarchy ([`build`] for a whole city, [`CityTree`] after edits) → [`LodTree`]
 //! → `.citylod` file. [`validate`] states every invariant.
 //!
 //! Knows nothing of views or HTTP.
@@ -21,6 +21,7 @@ mod pack;
 mod plan;
 mod promotion;
 mod radii;
+mod rows;
 mod texts;
 mod tree;
 mod validate;
@@ -50,7 +51,8 @@ pub const MAX_FAN_OUT: usize = 9;
 /// objects than 32 bits count.
 pub fn build(scene: &Scene, promotion: Promotion) -> Result<LodTree, BuildError> {
     let objects = hierarchy::canonical_order(scene)?;
-    let hierarchy = bulk::load(&objects, promotion);
-    let meta = meta::Meta::of(scene);
-    Ok(pack::pack(&objects, &hierarchy, promotion, meta))
+    let meta = meta::Meta::of(scene).with_classes(&objects);
+    let rows = rows::Rows::new(&objects, &meta);
+    let hierarchy = bulk::load(&rows, promotion);
+    Ok(pack::pack(&rows, &hierarchy, promotion, meta))
 }

@@ -3,33 +3,28 @@
 use super::blocks::{self, Blocks};
 use super::columns::{self, OwnRadii, Source};
 use super::file::{Block, Counts, Header, MAGIC, Radii, Section, VERSION};
-use super::hierarchy::{Canonical, Hierarchy};
+use super::hierarchy::Hierarchy;
 use super::image::{Draft, Image, Sections};
 use super::meta::Meta;
 use super::plan::Plan;
 use super::radii;
-use super::texts::{Attributes, Id, Lengths};
+use super::rows::Rows;
 use super::{LodTree, Promotion};
 use crate::geom::DVec3;
-use crate::scene::SceneObject;
 
-/// Packs a hierarchy of `objects`, which are in canonical order. The classes of `meta` are found
-/// here.
+/// Packs a hierarchy of objects.
 pub(super) fn pack(
-    objects: &[&SceneObject],
+    rows: &Rows,
     hierarchy: &Hierarchy,
     promotion: Promotion,
     meta: Meta,
 ) -> LodTree {
-    let plan = Plan::new(objects.len(), hierarchy);
-    let meta = meta.with_classes(objects);
+    let plan = Plan::new(rows.len(), hierarchy);
     let packer = Packer {
         child_blocks: Blocks::new(hierarchy.levels.len().min(1) as u32, &plan.children),
         own_blocks: Blocks::new(0, &plan.own),
-        ids: Lengths::new(objects, &Id),
-        attributes: Lengths::new(objects, &Attributes),
         bounds: bounds(hierarchy),
-        objects,
+        rows,
         plan: &plan,
         hierarchy,
         meta: &meta,
@@ -40,15 +35,12 @@ pub(super) fn pack(
 
 /// Everything that goes into a file, worked out but not yet laid out.
 struct Packer<'a> {
-    /// In canonical order.
-    objects: &'a [&'a SceneObject],
+    rows: &'a Rows,
     plan: &'a Plan,
     hierarchy: &'a Hierarchy,
     meta: &'a Meta,
     child_blocks: Blocks<'a>,
     own_blocks: Blocks<'a>,
-    ids: Lengths,
-    attributes: Lengths,
     /// Lower and upper corner of all objects.
     bounds: (DVec3, DVec3),
 }
@@ -56,7 +48,7 @@ struct Packer<'a> {
 impl Packer<'_> {
     fn image(&self, promotion: Promotion) -> Image {
         let counts = Counts {
-            objects: self.objects.len() as u32,
+            objects: self.rows.len() as u32,
             nodes: self.plan.own.len() as u32 - 1,
             levels: self.hierarchy.levels.len() as u32,
             inner_nodes: self.plan.children.len() as u32 - 1,
@@ -70,15 +62,17 @@ impl Packer<'_> {
             }
             Section::OwnBlocks => self.own_blocks.count() * size_of::<Block>(),
             Section::OwnRadii => self.own_blocks.count() * size_of::<Radii>(),
-            Section::Ids => self.ids.total(),
-            Section::Attributes => self.attributes.total(),
-            Section::AttributeStarts if self.attributes.total() > 0 => (self.objects.len() + 1) * 8,
+            Section::Ids => self.rows.ids.bytes().len(),
+            Section::Attributes => self.rows.attributes.bytes().len(),
+            Section::AttributeStarts if !self.rows.attributes.bytes().is_empty() => {
+                (self.rows.len() + 1) * 8
+            }
             _ => 0,
         });
         let mut sections = draft.sections();
         sections.fill(Section::Meta, &meta);
         self.fill_nodes(&mut sections);
-        self.fill_boxes(&mut sections);
+        self.fill_order_and_boxes(&mut sections);
         let own = columns::fill(&self.source(), &mut sections);
         self.fill_radii(&own, &mut sections);
         let (min, max) = self.bounds;
@@ -101,19 +95,16 @@ impl Packer<'_> {
 
     fn source(&self) -> Source<'_> {
         Source {
-            objects: self.objects,
+            rows: self.rows,
             plan: self.plan,
             own_blocks: &self.own_blocks,
-            meta: self.meta,
-            ids: &self.ids,
-            attributes: &self.attributes,
             origin: self.origin(),
         }
     }
 
     /// The middle of the city.
     fn origin(&self) -> DVec3 {
-        if self.objects.is_empty() {
+        if self.rows.len() == 0 {
             DVec3::ZERO
         } else {
             self.bounds.0 * 0.5 + self.bounds.1 * 0.5
@@ -127,23 +118,35 @@ impl Packer<'_> {
         sections.fill(Section::Own, &plan.own);
         sections.fill(Section::ChildBlockStarts, &self.child_blocks.starts);
         sections.fill(Section::OwnBlockStarts, &self.own_blocks.starts);
-        // Canonical order is the order of ids, so where each one went is the order by id.
+    }
+
+    fn fill_order_and_boxes(&self, sections: &mut Sections) {
         let place_of = sections.take(Section::IdOrder);
-        invert(&plan.order, place_of);
-        let representatives: &mut [u32] = sections.take(Section::Representatives);
+        let representatives = sections.take(Section::Representatives);
+        let boxes = sections.take(Section::NodeBoxes);
+        let blocks = sections.take(Section::ChildBlocks);
+        rayon::join(
+            || self.fill_order(place_of, representatives),
+            || self.fill_boxes(boxes, blocks),
+        );
+    }
+
+    fn fill_order(&self, place_of: &mut [u32], representatives: &mut [u32]) {
+        // Canonical order is the order of ids, so where each one went is the order by id.
+        for (place, &key) in (0..).zip(&self.plan.order) {
+            place_of[key as usize] = place;
+        }
         for (place, node) in representatives.iter_mut().zip(self.hierarchy.envelopes()) {
             *place = node.best().map_or(0, |best| place_of[best.key as usize]);
         }
     }
 
-    fn fill_boxes(&self, sections: &mut Sections) {
+    fn fill_boxes(&self, nodes: &mut [[f64; 6]], blocks: &mut [Block]) {
         let origin = self.origin();
-        let nodes: &mut [[f64; 6]] = sections.take(Section::NodeBoxes);
         for (corners, node) in nodes.iter_mut().zip(self.hierarchy.envelopes()) {
             let (min, max) = node.corners();
             *corners = [min.x, min.y, min.z, max.x, max.y, max.z];
         }
-        let blocks: &mut [Block] = sections.take(Section::ChildBlocks);
         let (root, below) = blocks.split_at_mut(nodes.len().min(1));
         for root in root {
             blocks::place(origin, &nodes[..1], root);
@@ -179,10 +182,4 @@ fn bounds(hierarchy: &Hierarchy) -> (DVec3, DVec3) {
     root.map_or((DVec3::INFINITY, DVec3::NEG_INFINITY), |root| {
         root.corners()
     })
-}
-
-fn invert(order: &[Canonical], place_of: &mut [u32]) {
-    for (place, &key) in order.iter().enumerate() {
-        place_of[key as usize] = place as u32;
-    }
 }

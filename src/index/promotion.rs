@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use crate::geom::Aabb;
 use crate::scene::SceneObject;
 
 /// Which object of a child stands for it in its parent (Gong, section 2.1).
@@ -18,10 +19,14 @@ pub enum Promotion {
 impl Promotion {
     /// What is compared: the higher, the better.
     pub fn score(self, object: &SceneObject) -> f64 {
+        self.score_of(&object.bounds, object.footprint_area)
+    }
+
+    pub(super) fn score_of(self, bounds: &Aabb, footprint_area: f64) -> f64 {
         match self {
-            Self::Tallest => object.height(),
-            Self::Footprint => object.footprint_area,
-            Self::Largest => object.bounds.radius(),
+            Self::Tallest => bounds.size().z,
+            Self::Footprint => footprint_area,
+            Self::Largest => bounds.radius(),
         }
     }
 }
