@@ -22,6 +22,7 @@ mod promotion;
 mod radii;
 mod texts;
 mod tree;
+mod unpack;
 mod validate;
 
 pub use arrays::Arrays;

@@ -13,8 +13,8 @@ use super::{LodTree, Promotion, radii};
 use crate::geom::DVec3;
 use crate::scene::SceneObject;
 
-/// Packs a hierarchy of `objects`, which are in canonical order. The classes of `meta` are found
-/// here.
+/// Packs a hierarchy of `objects`, which are in canonical order. What `meta` says of
+/// them is found here.
 pub(super) fn pack(
     objects: &[&SceneObject],
     hierarchy: &Hierarchy,
@@ -27,7 +27,7 @@ pub(super) fn pack(
         .par_iter()
         .map(|&key| objects[key as usize])
         .collect();
-    let meta = meta.with_classes(&arranged);
+    let meta = meta.with_objects(&arranged);
     let packer = Packer {
         child_blocks: Blocks::new(hierarchy.levels.len().min(1) as u32, &plan.children),
         own_blocks: Blocks::new(0, &plan.own),
