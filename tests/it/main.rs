@@ -85,6 +85,8 @@ mod terrain_import;
 mod terrain_pyramid;
 /// Elevation files: every format against rasterio, and what is said of broken ones.
 mod terrain_read;
+/// Objects whose base is not known, or all, set on the ground that is laid.
+mod terrain_set_down;
 /// Stores of tiles against plain lists.
 mod terrain_store;
 /// Ground in use: declared when it is laid, drawn, refused when it is another's.
