@@ -111,8 +111,9 @@ impl Collector {
     /// [`ImportError::FarApart`].
     pub(super) fn finish(mut self) -> Result<Imported, ImportError> {
         let doubts = self.files.doubts(self.scene.crs.as_deref())?;
+        let tilted = self.files.tilted();
         // First, where no number of other warnings hides them.
-        self.warnings.splice(0..0, doubts);
+        self.warnings.splice(0..0, tilted.chain(doubts));
         let renamed = if self.ids_repeat() {
             self.scene.canonicalize()
         } else {

@@ -12,11 +12,13 @@ mod crs;
 mod error;
 mod extents;
 mod geojson;
+mod globe;
 mod gltf;
 mod json;
 mod obj;
 mod shape;
 mod source;
+mod tilt;
 
 use std::path::PathBuf;
 

@@ -29,6 +29,7 @@ use super::json::{Next, Splitter, pointer, reason};
 use super::source::Source;
 use super::{ImportError, Options, Place, crs};
 use feature::{Features, Rejected};
+pub(super) use utm::Zone;
 
 /// No feature of a city is larger; one that is would take all memory.
 const LARGEST_FEATURE_BYTES: usize = 256 << 20;
