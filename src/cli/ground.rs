@@ -24,7 +24,7 @@ use crate::terrain::read::{Encoding, Options, read};
 pub(super) struct GroundArgs {
     /// City to lay the ground of: written beside it, with the ending .terrain, and declared in it
     #[arg(long, value_name = "CITY", value_parser = citylod_name,
-          conflicts_with_all = ["output", "up", "lod", "height", "promote"])]
+          conflicts_with_all = ["output", "up", "lod", "height", "promote", "class", "except_class"])]
     pub into: Option<PathBuf>,
     /// Set all objects on the ground, not only those whose source does not say how high they stand
     #[arg(long, conflicts_with = "output")]

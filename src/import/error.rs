@@ -88,6 +88,14 @@ pub enum ImportError {
         /// The system of the files before it.
         expected: String,
     },
+    /// A class that was asked for, or asked to be left out, is that of no object.
+    #[error("no object is of the class {class:?}; the classes of the files are {found}")]
+    NoSuchClass {
+        /// Its name.
+        class: String,
+        /// Those there are.
+        found: String,
+    },
     /// A file does not say which system it lies in, and cannot lie in that of the others.
     #[error(
         "{}: states no coordinate reference system and lies {km} km from {}, too far for one city; convert them to one system, or import them into separate scenes",

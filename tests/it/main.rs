@@ -29,6 +29,8 @@ mod experiment_terrain;
 mod import_broken_json;
 /// `CityJSON`: what each fixture and each real city comes to.
 mod import_cityjson;
+/// Classes of objects that are chosen or left out.
+mod import_classes;
 /// `GeoJSON`: the same, and that memory does not follow the file.
 mod import_geojson;
 /// glTF and GLB become the objects, bounds and attributes that the file states.
