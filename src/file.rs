@@ -135,7 +135,7 @@ fn put_back(former: Option<NamedTempFile<()>>, path: &Path) -> io::Result<()> {
     let Some(former) = former else {
         return fs::remove_file(path);
     };
-    former.persist(path).map(|()| ()).map_err(|refused| {
+    former.persist(path).map_err(|refused| {
         let error = refused.error;
         match refused.file.into_temp_path().keep() {
             Ok(kept) => {

@@ -68,7 +68,7 @@ pub(super) struct ImportArgs {
     /// Take only objects of this class, such as Building; may be given more than once
     #[arg(long, value_name = "NAME", conflicts_with = "except_class")]
     pub class: Vec<String>,
-    /// Leave out objects of this class, such as LandUse; may be given more than once
+    /// Leave out objects of this class, such as Road; may be given more than once
     #[arg(long, value_name = "NAME")]
     pub except_class: Vec<String>,
     /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion, and

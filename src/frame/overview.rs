@@ -30,6 +30,8 @@ const FAR_DISTS: [f64; 24] = [
 ];
 /// How far back from the densest part to stand, m, at least and at most; haze brings it nearer.
 const BACK: [f64; 2] = [100.0, 900.0];
+/// The same for all of a city, however small, at least.
+const NEAREST_M: f64 = 1.0;
 /// How high, by how far back.
 const RISE: f64 = 0.3;
 
@@ -128,7 +130,7 @@ impl Look {
         let (dense, bounds) = (densest(tree)?, tree.bounds());
         let size = bounds.size().truncate();
         let [nearest, farthest] = BACK;
-        let whole = size.max_element().max(nearest);
+        let whole = bounds.size().max_element().max(NEAREST_M);
         let is_small = tree.object_count() <= *ENOUGH.end();
         let sees_all = visibility > 2.0 * whole;
         let back = (size.min_element() * 0.2).clamp(nearest, farthest);
