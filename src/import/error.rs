@@ -48,10 +48,19 @@ pub enum ImportError {
     },
     /// Neither name nor content is of a known format.
     #[error(
-        "{}: not a city format known here; expected .gltf, .glb, .obj, .city.json, .json, .city.jsonl, .jsonl, .geojson, .geojsonl or .ndjson, any of them with .gz",
+        "{}: not a city format known here; expected .gltf, .glb, .obj, .city.json, .json, .city.jsonl, .jsonl, .geojson, .geojsonl or .ndjson, any of them with .gz; elevation is laid under a city with --into",
         path.display()
     )]
     UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The name is that of what an import makes.
+    #[error(
+        "{}: is a city already, imported or generated; look at it with citylod info or serve it with citylod serve, and import the files that it was made of where it is to be made anew",
+        path.display()
+    )]
+    AlreadyCity {
         /// The file.
         path: PathBuf,
     },

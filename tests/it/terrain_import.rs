@@ -176,6 +176,27 @@ fn ground_that_cannot_be_is_refused_and_the_old_kept() {
     assert!(run.err.contains("section tiles"), "{}", run.err);
 }
 
+/// Whatever is said of their system: degrees are no metres.
+#[test]
+fn degrees_that_are_said_to_be_metres_are_refused_with_the_way_out() {
+    let desk = Desk::new();
+    city(&desk);
+    let degrees = slope()
+        .replace("-45", "11.5")
+        .replace("cellsize 10", "cellsize 0.0008");
+    desk.write("d.asc", degrees.as_bytes());
+    desk.refuses(
+        "import d.asc --into city.citylod --crs EPSG:25832",
+        1,
+        &[
+            "d.asc: has coordinates that are degrees or look like it (11.5000 11.5000 to 11.5088 11.5072)",
+            "EPSG:25832, which is in metres",
+            "EPSG:4326",
+        ],
+    );
+    assert!(!desk.path("city.terrain").exists());
+}
+
 /// A file of a few kilobytes that declares hundreds of megabytes, or unpacks to them, is refused
 /// within 300 MB of address space, the program's own included; what goes on after the last height
 /// is not unpacked.
