@@ -48,8 +48,9 @@ pub(super) struct Collector {
     path: Arc<PathBuf>,
     /// The current file is the last one.
     files: Extents,
-    /// How many warnings there were before the current file.
+    /// How many warnings, and how many objects, there were before the current file.
     warned_before: usize,
+    taken_before: usize,
 }
 
 impl Collector {
@@ -67,6 +68,7 @@ impl Collector {
         self.path = Arc::new(source.path().to_owned());
         self.files.begin(Arc::clone(&self.path));
         self.warned_before = self.warnings.len();
+        self.taken_before = self.scene.objects.len();
     }
 
     /// The objects of the current file lie in this system.
@@ -132,16 +134,16 @@ impl Collector {
 
     /// Forgets what was said of objects of the current file that were not taken.
     fn end_file(&mut self) {
-        let untaken = std::mem::take(&mut self.untaken);
-        let mut at = 0;
-        self.warnings.retain(|warning| {
-            at += 1;
-            let of_untaken = warning
-                .object
-                .as_ref()
-                .is_some_and(|id| untaken.contains(id));
-            at <= self.warned_before || !of_untaken
-        });
+        let mut untaken = std::mem::take(&mut self.untaken);
+        for taken in &self.scene.objects[self.taken_before..] {
+            untaken.remove(&taken.id); // ids may repeat
+        }
+        let said = self.warnings.split_off(self.warned_before);
+        let holds = |warning: &Warning| match &warning.object {
+            Some(id) => !untaken.contains(id),
+            None => true,
+        };
+        self.warnings.extend(said.into_iter().filter(holds));
     }
 
     /// # Errors

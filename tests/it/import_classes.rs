@@ -3,7 +3,7 @@ use citylod::import::{Classes, ImportError, Imported, Options, import};
 use crate::desk::Desk;
 use crate::written::{fixture, import_one, real};
 
-/// 1 PlantCover, 1 Road, 2 `LandUse` and 3 Building.
+/// One `PlantCover`, one Road, two `LandUse` and three Building.
 const TYPES: &str = "cityjson/types.city.json";
 
 fn types(classes: Classes) -> Result<Imported, ImportError> {

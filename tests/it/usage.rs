@@ -406,13 +406,12 @@ fn the_query_that_info_suggests_shows_a_good_part_of_the_city() {
 
 /// Houses of so many metres about these places, as OBJ.
 fn houses(places: impl Iterator<Item = [f64; 2]>, side: f64) -> String {
-    let mut text = String::new();
-    for (at, [x, y]) in places.enumerate() {
+    let house = |(at, [x, y]): (usize, [f64; 2])| {
         let [far_x, far_y] = [x + side, y + side];
         let corners = format!("v {x} {y} 0\nv {far_x} {y} 0\nv {far_x} {far_y} {side}\n");
-        text += &format!("o o{at}\n{corners}f -3 -2 -1\n");
-    }
-    text
+        format!("o o{at}\n{corners}f -3 -2 -1\n")
+    };
+    places.enumerate().map(house).collect()
 }
 
 #[test]
