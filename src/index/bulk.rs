@@ -40,13 +40,12 @@ pub(super) fn load(objects: &[&SceneObject], promotion: Promotion) -> Hierarchy 
     let height = height(objects.len());
     let mut levels: Vec<Level> = (0..=height).map(|_| Level::default()).collect();
     plan(objects.len(), height, &mut levels);
-    let mut order = match promotion {
+    let order = match promotion {
         Promotion::Tallest | Promotion::Footprint => order(objects, height, |_, [x, y]| [x, y]),
         Promotion::Largest => order(objects, height, |object, [x, y]| {
             [x, y, (object.bounds.radius() * SIZE_SCALE) as f32]
         }),
     };
-    sort_within(&mut order, &levels[0].children);
 
     for k in 0..levels.len() {
         let (below, this) = levels.split_at_mut(k);
@@ -128,11 +127,13 @@ fn first_half(objects: usize, parts: usize) -> usize {
     (objects as u128 * (parts / 2) as u128 / parts as u128) as usize
 }
 
-/// Orders `places` so that the objects of every node lie together.
+/// Orders `places` so that the objects of every node lie together, ascending in a leaf.
 fn tile<const AXES: usize>(places: &mut [Place<AXES>], height: usize) {
     if height > 0 {
         let parts = fan_out(places.len(), height);
         bisect(places, parts, height);
+    } else {
+        places.sort_unstable_by_key(|place| place.object);
     }
 }
 
@@ -196,16 +197,6 @@ fn plan_parts(objects: usize, parts: usize, height: usize, levels: &mut [Level])
         let first = first_half(objects, parts);
         plan_parts(first, parts / 2, height, levels);
         plan_parts(objects - first, parts - parts / 2, height, levels);
-    }
-}
-
-/// Sorts each leaf's objects.
-fn sort_within(order: &mut [Canonical], leaves: &[u32]) {
-    let mut rest = order;
-    for &count in leaves {
-        let (leaf, after) = rest.split_at_mut(count as usize);
-        leaf.sort_unstable();
-        rest = after;
     }
 }
 

@@ -1,5 +1,7 @@
 //! A tree before it is packed: which objects lie in which node, whoever decided it.
 
+use rayon::prelude::*;
+
 use super::LodEnvelope;
 use super::error::BuildError;
 use crate::scene::{Scene, SceneObject};
@@ -51,9 +53,10 @@ impl Level {
 pub(super) fn canonical_order(scene: &Scene) -> Result<Vec<&SceneObject>, BuildError> {
     let mut objects: Vec<&SceneObject> = scene.objects.iter().collect();
     if u32::try_from(objects.len()).is_ok_and(|n| n < u32::MAX) {
-        if !objects.is_sorted_by(|a, b| a.id <= b.id) {
-            objects.sort_by(|a, b| a.id.cmp(&b.id));
+        if objects.par_windows(2).all(|pair| pair[0].id < pair[1].id) {
+            return Ok(objects);
         }
+        objects.par_sort_by(|a, b| a.id.cmp(&b.id));
         match objects.windows(2).find(|pair| pair[0].id == pair[1].id) {
             None => Ok(objects),
             Some(pair) => Err(BuildError::DuplicateId {

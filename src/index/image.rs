@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
+use crc32fast::Hasher;
 use rayon::prelude::*;
 
 use super::file::{
@@ -88,8 +89,9 @@ impl Image {
             other => self.section(other),
         };
         let mut draft = Draft::new(&counts(&self.header), |section| of(section).len());
+        let mut sections = draft.sections();
         for section in Section::ALL {
-            draft.fill::<u8>(section).copy_from_slice(of(section));
+            sections.fill(section, of(section));
         }
         draft.finish(self.header)
     }
@@ -101,13 +103,29 @@ impl Image {
         let extents = extents(&self.sections, bytes.len());
         Section::ALL.par_iter().try_for_each(|&section| {
             let extent = extents[section as usize].clone();
-            if crc32fast::hash(&bytes[extent]) == table[section as usize].checksum {
+            if checksum(&bytes[extent]) == table[section as usize].checksum {
                 Ok(())
             } else {
                 Err(Damage::new(section.name(), "its checksum does not match"))
             }
         })
     }
+}
+
+/// CRC-32 of many bytes, in parallel.
+fn checksum(bytes: &[u8]) -> u32 {
+    const PIECE: usize = 4 << 20;
+    let hashed = |piece| {
+        let mut hasher = Hasher::new();
+        hasher.update(piece);
+        hasher
+    };
+    let joined = |mut before: Hasher, after: Hasher| {
+        before.combine(&after);
+        before
+    };
+    let pieces = bytes.par_chunks(PIECE).map(hashed);
+    pieces.reduce(Hasher::new, joined).finalize()
 }
 
 fn table_range() -> Range<usize> {
@@ -248,10 +266,17 @@ impl Draft {
         }
     }
 
-    pub(super) fn fill<T: NoUninit + AnyBitPattern>(&mut self, section: Section) -> &mut [T] {
-        let range = self.sections[section as usize].clone();
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut self.lines);
-        bytemuck::cast_slice_mut(&mut bytes[range])
+    /// All sections, to be filled.
+    pub(super) fn sections(&mut self) -> Sections<'_> {
+        let mut rest: &mut [u8] = bytemuck::cast_slice_mut(&mut self.lines);
+        let mut end = 0;
+        Sections(self.sections.clone().map(|range| {
+            let from = range.start - end;
+            end = range.end;
+            let (section, after) = std::mem::take(&mut rest)[from..].split_at_mut(range.len());
+            rest = after;
+            section
+        }))
     }
 
     /// Adds header, section table and checksums.
@@ -266,7 +291,7 @@ impl Draft {
                 tag: section.tag(),
                 offset: self.sections[section as usize].start as u64,
                 length: self.sections[section as usize].len() as u64,
-                checksum: crc32fast::hash(&bytes[extents[section as usize].clone()]),
+                checksum: checksum(&bytes[extents[section as usize].clone()]),
                 zero: 0,
             })
             .collect();
@@ -279,5 +304,20 @@ impl Draft {
             header,
             sections: self.sections,
         }
+    }
+}
+
+/// The sections of an image in the making, side by side.
+pub(super) struct Sections<'a>([&'a mut [u8]; Section::ALL.len()]);
+
+impl<'a> Sections<'a> {
+    /// A section, once: afterwards it is empty.
+    pub(super) fn take<T: NoUninit + AnyBitPattern>(&mut self, section: Section) -> &'a mut [T] {
+        bytemuck::cast_slice_mut(std::mem::take(&mut self.0[section as usize]))
+    }
+
+    /// Fills a section that is as long as `content`.
+    pub(super) fn fill<T: NoUninit + AnyBitPattern>(&mut self, section: Section, content: &[T]) {
+        self.take(section).copy_from_slice(content);
     }
 }

@@ -3,9 +3,14 @@
 use std::collections::BTreeSet;
 
 use compact_str::CompactString;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::hierarchy::Canonical;
 use crate::scene::{Effects, Scene, SceneObject};
+
+/// Objects that are looked at together.
+const PIECE: usize = 4096;
 
 /// The `meta` section.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -30,20 +35,32 @@ impl Meta {
         }
     }
 
-    /// The same with what the objects say, which are in file order.
-    pub(super) fn with_objects(self, objects: &[&SceneObject]) -> Self {
-        let mut classes = BTreeSet::new();
-        let mut last = None;
-        for object in objects {
-            // Neighbours are mostly of one kind.
-            if last != Some(&object.class) {
-                classes.insert(object.class.clone());
-                last = Some(&object.class);
-            }
-        }
+    /// The same with what the objects say: they are in canonical order, and `order` is that of the
+    /// file.
+    pub(super) fn with_objects(self, objects: &[&SceneObject], order: &[Canonical]) -> Self {
+        let (classes, any_unknown) = objects
+            .par_chunks(PIECE)
+            .map(|objects| {
+                // Neighbours are mostly of one kind.
+                let kinds = objects.chunk_by(|a, b| a.class == b.class);
+                let classes = kinds.map(|kind| kind[0].class.clone()).collect();
+                (classes, objects.iter().any(|object| !object.base_known))
+            })
+            .reduce(
+                || (BTreeSet::new(), false),
+                |(mut all, any), (mut more, also): (BTreeSet<CompactString>, bool)| {
+                    all.append(&mut more);
+                    (all, any || also)
+                },
+            );
+        let base_unknown = if any_unknown {
+            base_unknown(objects, order)
+        } else {
+            Vec::new()
+        };
         Self {
             classes: classes.into_iter().collect(),
-            base_unknown: ranges(objects, |object| !object.base_known),
+            base_unknown,
             ..self
         }
     }
@@ -105,11 +122,17 @@ impl Meta {
     }
 }
 
-/// Where `holds` does: ranges of places, in order, with gaps between.
-fn ranges(objects: &[&SceneObject], holds: impl Fn(&SceneObject) -> bool) -> Vec<[u32; 2]> {
+/// Of which objects the base is not known: ranges of their places in the file, in order, with gaps
+/// between.
+fn base_unknown(objects: &[&SceneObject], order: &[Canonical]) -> Vec<[u32; 2]> {
+    // So that the file's order hops about in bytes, not in objects.
+    let unknown: Vec<bool> = objects
+        .par_iter()
+        .map(|object| !object.base_known)
+        .collect();
     let mut ranges: Vec<[u32; 2]> = Vec::new();
-    let places = (0_u32..).zip(objects);
-    for (place, _) in places.filter(|(_, object)| holds(object)) {
+    let places = (0_u32..).zip(order);
+    for (place, _) in places.filter(|(_, key)| unknown[**key as usize]) {
         match ranges.last_mut() {
             Some([_, end]) if *end == place => *end += 1,
             _ => ranges.push([place, place + 1]),

@@ -8,6 +8,7 @@
 mod arrays;
 mod blocks;
 mod bulk;
+mod columns;
 mod edit;
 mod envelope;
 mod error;

@@ -1,15 +1,15 @@
 //! From a hierarchy to the bytes that are queried.
 
-use rayon::prelude::*;
-
 use super::blocks::{self, Blocks};
+use super::columns::{self, OwnRadii, Source};
 use super::file::{Block, Counts, Header, MAGIC, Radii, Section, VERSION};
 use super::hierarchy::{Canonical, Hierarchy};
-use super::image::Draft;
+use super::image::{Draft, Image, Sections};
 use super::meta::Meta;
 use super::plan::Plan;
-use super::texts::{self, Attributes, Id};
-use super::{LodTree, Promotion, radii};
+use super::radii;
+use super::texts::{Attributes, Id, Lengths};
+use super::{LodTree, Promotion};
 use crate::geom::DVec3;
 use crate::scene::SceneObject;
 
@@ -21,20 +21,15 @@ pub(super) fn pack(
     promotion: Promotion,
     meta: Meta,
 ) -> LodTree {
-    let plan = Plan::new(objects, hierarchy);
-    let arranged: Vec<&SceneObject> = plan
-        .order
-        .par_iter()
-        .map(|&key| objects[key as usize])
-        .collect();
-    let meta = meta.with_objects(&arranged);
+    let plan = Plan::new(objects.len(), hierarchy);
+    let meta = meta.with_objects(objects, &plan.order);
     let packer = Packer {
         child_blocks: Blocks::new(hierarchy.levels.len().min(1) as u32, &plan.children),
         own_blocks: Blocks::new(0, &plan.own),
-        ids: texts::starts(&arranged, &Id),
-        attributes: texts::starts(&arranged, &Attributes),
+        ids: Lengths::new(objects, &Id),
+        attributes: Lengths::new(objects, &Attributes),
         bounds: bounds(hierarchy),
-        objects: &arranged,
+        objects,
         plan: &plan,
         hierarchy,
         meta: &meta,
@@ -45,21 +40,21 @@ pub(super) fn pack(
 
 /// Everything that goes into a file, worked out but not yet laid out.
 struct Packer<'a> {
-    /// In file order.
+    /// In canonical order.
     objects: &'a [&'a SceneObject],
     plan: &'a Plan,
     hierarchy: &'a Hierarchy,
     meta: &'a Meta,
     child_blocks: Blocks<'a>,
     own_blocks: Blocks<'a>,
-    ids: Vec<u64>,
-    attributes: Vec<u64>,
+    ids: Lengths,
+    attributes: Lengths,
     /// Lower and upper corner of all objects.
     bounds: (DVec3, DVec3),
 }
 
 impl Packer<'_> {
-    fn image(&self, promotion: Promotion) -> super::image::Image {
+    fn image(&self, promotion: Promotion) -> Image {
         let counts = Counts {
             objects: self.objects.len() as u32,
             nodes: self.plan.own.len() as u32 - 1,
@@ -75,16 +70,17 @@ impl Packer<'_> {
             }
             Section::OwnBlocks => self.own_blocks.count() * size_of::<Block>(),
             Section::OwnRadii => self.own_blocks.count() * size_of::<Radii>(),
-            Section::Ids => end(&self.ids),
-            Section::Attributes => end(&self.attributes),
-            Section::AttributeStarts if end(&self.attributes) > 0 => self.attributes.len() * 8,
+            Section::Ids => self.ids.total(),
+            Section::Attributes => self.attributes.total(),
+            Section::AttributeStarts if self.attributes.total() > 0 => (self.objects.len() + 1) * 8,
             _ => 0,
         });
-        draft.fill(Section::Meta).copy_from_slice(&meta);
-        self.fill_nodes(&mut draft);
-        self.fill_boxes(&mut draft);
-        self.fill_radii(&mut draft);
-        self.fill_objects(&mut draft);
+        let mut sections = draft.sections();
+        sections.fill(Section::Meta, &meta);
+        self.fill_nodes(&mut sections);
+        self.fill_boxes(&mut sections);
+        let own = columns::fill(&self.source(), &mut sections);
+        self.fill_radii(&own, &mut sections);
         let (min, max) = self.bounds;
         draft.finish(Header {
             magic: MAGIC,
@@ -103,6 +99,18 @@ impl Packer<'_> {
         })
     }
 
+    fn source(&self) -> Source<'_> {
+        Source {
+            objects: self.objects,
+            plan: self.plan,
+            own_blocks: &self.own_blocks,
+            meta: self.meta,
+            ids: &self.ids,
+            attributes: &self.attributes,
+            origin: self.origin(),
+        }
+    }
+
     /// The middle of the city.
     fn origin(&self) -> DVec3 {
         if self.objects.is_empty() {
@@ -112,65 +120,48 @@ impl Packer<'_> {
         }
     }
 
-    fn fill_nodes(&self, draft: &mut Draft) {
+    fn fill_nodes(&self, sections: &mut Sections) {
         let plan = self.plan;
-        draft.fill(Section::Levels).copy_from_slice(&plan.levels);
-        draft
-            .fill(Section::Children)
-            .copy_from_slice(&plan.children);
-        draft.fill(Section::Own).copy_from_slice(&plan.own);
+        sections.fill(Section::Levels, &plan.levels);
+        sections.fill(Section::Children, &plan.children);
+        sections.fill(Section::Own, &plan.own);
+        sections.fill(Section::ChildBlockStarts, &self.child_blocks.starts);
+        sections.fill(Section::OwnBlockStarts, &self.own_blocks.starts);
         // Canonical order is the order of ids, so where each one went is the order by id.
-        let place_of = inverse(&plan.order);
-        let representatives = draft.fill(Section::Representatives).iter_mut();
-        for (place, node) in representatives.zip(self.hierarchy.envelopes()) {
+        let place_of = sections.take(Section::IdOrder);
+        invert(&plan.order, place_of);
+        let representatives: &mut [u32] = sections.take(Section::Representatives);
+        for (place, node) in representatives.iter_mut().zip(self.hierarchy.envelopes()) {
             *place = node.best().map_or(0, |best| place_of[best.key as usize]);
         }
-        draft.fill(Section::IdOrder).copy_from_slice(&place_of);
     }
 
-    fn fill_boxes(&self, draft: &mut Draft) {
+    fn fill_boxes(&self, sections: &mut Sections) {
         let origin = self.origin();
-        let nodes: Vec<[f64; 6]> = self
-            .hierarchy
-            .envelopes()
-            .map(|node| {
-                let (min, max) = node.corners();
-                [min.x, min.y, min.z, max.x, max.y, max.z]
-            })
-            .collect();
-        let objects = self.objects.par_iter().map(|o| o.bounds.to_array());
-        let objects: Vec<[f64; 6]> = objects.collect();
-        draft.fill(Section::NodeBoxes).copy_from_slice(&nodes);
-        draft.fill(Section::ObjectBoxes).copy_from_slice(&objects);
-
-        let blocks: &mut [Block] = draft.fill(Section::ChildBlocks);
+        let nodes: &mut [[f64; 6]] = sections.take(Section::NodeBoxes);
+        for (corners, node) in nodes.iter_mut().zip(self.hierarchy.envelopes()) {
+            let (min, max) = node.corners();
+            *corners = [min.x, min.y, min.z, max.x, max.y, max.z];
+        }
+        let blocks: &mut [Block] = sections.take(Section::ChildBlocks);
         let (root, below) = blocks.split_at_mut(nodes.len().min(1));
         for root in root {
             blocks::place(origin, &nodes[..1], root);
         }
-        self.child_blocks.fill(origin, &nodes, below);
-        self.own_blocks
-            .fill(origin, &objects, draft.fill(Section::OwnBlocks));
-        draft
-            .fill(Section::ChildBlockStarts)
-            .copy_from_slice(&self.child_blocks.starts);
-        draft
-            .fill(Section::OwnBlockStarts)
-            .copy_from_slice(&self.own_blocks.starts);
+        self.child_blocks.fill(origin, nodes, below);
     }
 
-    fn fill_radii(&self, draft: &mut Draft) {
-        let radii = radii::Radii::new(self.plan, self.objects);
-        draft.fill(Section::HiddenRadii)[..radii.hidden.len()].copy_from_slice(&radii.hidden);
+    fn fill_radii(&self, own: &OwnRadii, sections: &mut Sections) {
+        let radii = radii::Radii::new(self.plan, own);
         let inner_nodes = self.plan.children.len() - 1;
-        let cuts = draft.fill(Section::CutRadii);
+        let hidden: &mut [f32] = sections.take(Section::HiddenRadii);
+        hidden[..radii.hidden.len()].copy_from_slice(&radii.hidden);
+        let cuts: &mut [f32] = sections.take(Section::CutRadii);
         for (plane, cut) in cuts.chunks_exact_mut(inner_nodes.max(1)).zip(&radii.cuts) {
             plane.copy_from_slice(cut);
         }
-        self.fill_child_radii(&radii.held, draft.fill(Section::ChildRadii));
-        self.fill_child_radii(&radii.least, draft.fill(Section::ChildLeastRadii));
-        self.own_blocks
-            .fill_radii(&radii.own, draft.fill(Section::OwnRadii));
+        self.fill_child_radii(&radii.held, sections.take(Section::ChildRadii));
+        self.fill_child_radii(&radii.least, sections.take(Section::ChildLeastRadii));
     }
 
     /// One radius a node, in the order of the blocks: the root's, then those of children.
@@ -181,26 +172,6 @@ impl Packer<'_> {
         }
         self.child_blocks.fill_radii(radii, below);
     }
-
-    fn fill_objects(&self, draft: &mut Draft) {
-        let objects = self.objects;
-        fill_by(draft.fill(Section::Classes), |at| {
-            self.meta.class_number(&objects[at].class)
-        });
-        fill_by(draft.fill(Section::Footprints), |at| {
-            objects[at].footprint_area
-        });
-        fill_by(draft.fill(Section::Triangles), |at| objects[at].triangles);
-        draft.fill(Section::IdStarts).copy_from_slice(&self.ids);
-        texts::write(objects, &Id, &self.ids, draft.fill(Section::Ids));
-        if end(&self.attributes) > 0 {
-            draft
-                .fill(Section::AttributeStarts)
-                .copy_from_slice(&self.attributes);
-            let out = draft.fill(Section::Attributes);
-            texts::write(objects, &Attributes, &self.attributes, out);
-        }
-    }
 }
 
 fn bounds(hierarchy: &Hierarchy) -> (DVec3, DVec3) {
@@ -210,20 +181,8 @@ fn bounds(hierarchy: &Hierarchy) -> (DVec3, DVec3) {
     })
 }
 
-fn end(starts: &[u64]) -> usize {
-    starts.last().map_or(0, |&end| end as usize)
-}
-
-fn inverse(order: &[Canonical]) -> Vec<u32> {
-    let mut place_of = vec![0; order.len()];
+fn invert(order: &[Canonical], place_of: &mut [u32]) {
     for (place, &key) in order.iter().enumerate() {
         place_of[key as usize] = place as u32;
     }
-    place_of
-}
-
-fn fill_by<T: Send>(out: &mut [T], value: impl Fn(usize) -> T + Sync) {
-    out.par_iter_mut()
-        .enumerate()
-        .for_each(|(at, slot)| *slot = value(at));
 }

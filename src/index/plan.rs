@@ -1,7 +1,6 @@
 //! Which object is stored where: level order, each object once.
 
 use super::hierarchy::{Canonical, Hierarchy};
-use crate::scene::SceneObject;
 
 /// Which object is stored where.
 pub(super) struct Plan {
@@ -16,11 +15,12 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(objects: &[&SceneObject], hierarchy: &Hierarchy) -> Self {
-        let stored_at = storage_levels(objects.len(), hierarchy);
+    /// For a hierarchy of so many objects.
+    pub(super) fn new(objects: usize, hierarchy: &Hierarchy) -> Self {
+        let stored_at = storage_levels(objects, hierarchy);
         let root = hierarchy.levels.len().wrapping_sub(1);
         let mut plan = Self {
-            order: Vec::with_capacity(objects.len()),
+            order: Vec::with_capacity(objects),
             own: vec![0],
             children: vec![],
             levels: vec![],
@@ -49,7 +49,7 @@ impl Plan {
             first_nodes.push(plan.own.len() as u32 - 1);
             first_objects.push(plan.order.len() as u32);
         }
-        debug_assert!(root == usize::MAX || plan.order.len() == objects.len());
+        debug_assert!(root == usize::MAX || plan.order.len() == objects);
         plan.children
             .push(next_child.min(plan.own.len() as u32 - 1));
         plan.levels.extend(first_nodes);

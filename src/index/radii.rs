@@ -1,15 +1,14 @@
 //! How large what lies below a node is: what bounds the size of anything left out.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::outward::stored_radius;
+use super::columns::OwnRadii;
 use super::plan::Plan;
-use crate::scene::SceneObject;
 
 /// Radii rounded up, m; 0 where there is nothing.
 pub(super) struct Radii {
-    /// Of each object.
-    pub(super) own: Vec<f32>,
     /// Largest of each node's own objects and of those below it.
     pub(super) held: Vec<f32>,
     /// Least of the same; infinite where there is none.
@@ -22,26 +21,21 @@ pub(super) struct Radii {
 }
 
 impl Radii {
-    /// Those of `objects`, which are in file order.
-    pub(super) fn new(plan: &Plan, objects: &[&SceneObject]) -> Self {
-        let own: Vec<f32> = objects
-            .par_iter()
-            .map(|o| stored_radius(o.bounds.radius()))
-            .collect();
+    /// From those of each node's own objects.
+    pub(super) fn new(plan: &Plan, own: &OwnRadii) -> Self {
         let nodes = plan.own.len() - 1;
-        let (hidden, held) = below(plan, &own, 0..nodes);
+        let (hidden, held) = below(plan, &own.largest, 0..nodes);
         // The section has one number more than there are levels.
         let levels = plan.levels.len() / 2 - 1;
         let cuts = (1..levels.saturating_sub(1)).into_par_iter().map(|cut| {
             let first = plan.levels[levels - cut] as usize;
-            let (mut hidden, _) = below(plan, &own, first..nodes);
+            let (mut hidden, _) = below(plan, &own.largest, first..nodes);
             hidden.truncate(plan.children.len() - 1);
             hidden
         });
         Self {
             cuts: cuts.collect(),
-            least: least(plan, &own),
-            own,
+            least: least(plan, &own.least),
             held,
             hidden,
         }
@@ -49,13 +43,11 @@ impl Radii {
 }
 
 /// For each node, the largest radius below it that is not its own, and the largest with its own:
-/// of objects stored with the nodes `counted`.
-fn below(plan: &Plan, radii: &[f32], counted: std::ops::Range<usize>) -> (Vec<f32>, Vec<f32>) {
+/// of objects stored with the nodes `counted`. `own` has each node's largest of its own.
+fn below(plan: &Plan, own: &[f32], counted: Range<usize>) -> (Vec<f32>, Vec<f32>) {
     let nodes = plan.own.len() - 1;
     let mut held = vec![0.0; nodes];
-    for node in counted {
-        held[node] = largest(&radii[plan.own[node] as usize..plan.own[node + 1] as usize]);
-    }
+    held[counted.clone()].copy_from_slice(&own[counted]);
     let mut hidden = vec![0.0; nodes];
     for node in (0..plan.children.len() - 1).rev() {
         let children = plan.children[node] as usize..plan.children[node + 1] as usize;
@@ -66,12 +58,9 @@ fn below(plan: &Plan, radii: &[f32], counted: std::ops::Range<usize>) -> (Vec<f3
 }
 
 /// For each node, the least radius of its own objects and of those below it.
-fn least(plan: &Plan, radii: &[f32]) -> Vec<f32> {
+fn least(plan: &Plan, own: &[f32]) -> Vec<f32> {
     let least = |radii: &[f32]| radii.iter().copied().fold(f32::INFINITY, f32::min);
-    let own = plan.own.par_windows(2);
-    let mut held: Vec<f32> = own
-        .map(|own| least(&radii[own[0] as usize..own[1] as usize]))
-        .collect();
+    let mut held = own.to_vec();
     for node in (0..plan.children.len() - 1).rev() {
         let children = plan.children[node] as usize..plan.children[node + 1] as usize;
         held[node] = least(&held[children]).min(held[node]);

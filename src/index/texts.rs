@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::hierarchy::Canonical;
 use crate::scene::SceneObject;
 
 /// What an object says, as the bytes that are stored.
@@ -26,14 +27,17 @@ impl Text for Id {
     }
 
     fn write(&self, object: &SceneObject, out: &mut [u8]) {
-        if let Some((comma, text)) = out.split_last_mut() {
-            *comma = b',';
-            if let Some(escaped) = escaped(&object.id) {
-                text.copy_from_slice(escaped.as_bytes());
-            } else if let [open, inner @ .., close] = text {
-                (*open, *close) = (b'"', b'"');
+        // As long as the id with quotes and comma: nothing of it was escaped.
+        if out.len() == object.id.len() + 3 {
+            if let [open, inner @ .., close, comma] = out {
+                (*open, *close, *comma) = (b'"', b'"', b',');
                 inner.copy_from_slice(object.id.as_bytes());
             }
+        } else if let (Some((comma, text)), Some(escaped)) =
+            (out.split_last_mut(), escaped(&object.id))
+        {
+            *comma = b',';
+            text.copy_from_slice(escaped.as_bytes());
         }
     }
 }
@@ -56,38 +60,37 @@ fn escaped(id: &str) -> Option<String> {
     (!plain).then(|| serde_json::Value::from(id).to_string())
 }
 
-/// First byte of each object's text, then the length of all.
-pub(super) fn starts(objects: &[&SceneObject], text: &impl Text) -> Vec<u64> {
-    let lengths: Vec<u64> = objects
-        .par_iter()
-        .map(|object| text.length(object) as u64)
-        .collect();
-    let mut starts = Vec::with_capacity(lengths.len() + 1);
-    let mut end = 0;
-    starts.push(0);
-    for length in lengths {
-        end += length;
-        starts.push(end);
-    }
-    starts
+/// Bytes that the text of each object takes.
+pub(super) struct Lengths {
+    /// In canonical order; empty where no object says anything.
+    each: Vec<usize>,
+    total: usize,
 }
 
-/// Writes the texts of all objects to where they start.
-pub(super) fn write(objects: &[&SceneObject], text: &impl Text, starts: &[u64], out: &mut [u8]) {
-    const PIECE: usize = 4096;
-    let mut rest = out;
-    let mut pieces = Vec::new();
-    for from in (0..objects.len()).step_by(PIECE) {
-        let to = (from + PIECE).min(objects.len());
-        let (piece, after) = rest.split_at_mut((starts[to] - starts[from]) as usize);
-        pieces.push((from..to, piece));
-        rest = after;
-    }
-    pieces.into_par_iter().for_each(|(range, out)| {
-        let first = starts[range.start];
-        for at in range {
-            let slot = (starts[at] - first) as usize..(starts[at + 1] - first) as usize;
-            text.write(objects[at], &mut out[slot]);
+impl Lengths {
+    /// `objects` are in canonical order.
+    pub(super) fn new(objects: &[&SceneObject], text: &impl Text) -> Self {
+        let lengths = objects.par_iter().map(|object| text.length(object));
+        let each: Vec<usize> = lengths.collect();
+        let total = each.par_iter().sum();
+        Self {
+            each: if total > 0 { each } else { vec![] },
+            total,
         }
-    });
+    }
+
+    pub(super) fn of(&self, object: Canonical) -> usize {
+        self.each.get(object as usize).copied().unwrap_or(0)
+    }
+
+    pub(super) fn of_all(&self, objects: &[Canonical]) -> usize {
+        if self.total == 0 {
+            return 0;
+        }
+        objects.iter().map(|&object| self.of(object)).sum()
+    }
+
+    pub(super) fn total(&self) -> usize {
+        self.total
+    }
 }

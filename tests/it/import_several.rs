@@ -307,7 +307,10 @@ fn only_tiles_of_the_globe_are_tilted_of_real_cities() {
         let found = told.find(|warning| warning.contains("degrees from level"));
         assert_eq!(found.is_some(), tilted, "{file}: {found:?}");
         if let Some(warning) = found {
-            assert!(warning.contains(" 39 degrees"), "{warning}");
+            let (_, told) = warning.split_once("in a plane ").unwrap();
+            let tilt_deg: f64 = told.split(' ').next().unwrap().parse().unwrap();
+            // The land itself is not level either.
+            assert!((tilt_deg - 39.0).abs() < 3.0, "{warning}");
         }
     }
 }
