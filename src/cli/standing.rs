@@ -109,7 +109,7 @@ impl Standing {
         }
         if without > 0 {
             lines.push(format!(
-                "warning: of {of}, {} have no ground under them; the ground reaches from {} to {}",
+                "warning: of {of}, {} have no ground under them and stay where they are; the ground reaches from {} to {}",
                 text::grouped(without),
                 corner(field, false),
                 corner(field, true)

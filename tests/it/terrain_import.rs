@@ -45,7 +45,7 @@ fn ground_lies_beside_its_city_and_is_told_of() {
         "hovers: its base is 15.1 m above the ground",
         "buried: its base is 15.5 m below the ground",
         "of 4 objects, 1 stand more than 2 m above the ground under them and 1 more than that below",
-        "1 have no ground under them; the ground reaches from -45 -45 to 65 45",
+        "1 have no ground under them and stay where they are; the ground reaches from -45 -45 to 65 45",
         "city.terrain: 12 x 10 posts 10 x 10 m apart, 0 to 11 m high",
     ] {
         assert!(run.err.contains(words), "{words:?} is not in {}", run.err);

@@ -17,20 +17,24 @@ pub fn undeclared(name: &str, parameter: &str, declared: &Effects, naming: Namin
         let names: Vec<&str> = effects.iter().filter(|e| of(e)).map(|e| e.0).collect();
         names.join(", ")
     };
-    let way_out = if effects.iter().all(|(effect, _)| *effect != name) {
-        format!("there is no such effect, only {}", names(|_| true))
+    let detail = if effects.iter().all(|(effect, _)| *effect != name) {
+        let all = names(|_| true);
+        format!(
+            "the scene does not declare the effect {name:?}: there is no such effect, only {all}"
+        )
     } else {
         let declares = match names(|(_, declared)| *declared) {
-            none if none.is_empty() => "none".into(),
-            names => names,
+            none if none.is_empty() => "nor any other".into(),
+            others => format!("only {others}"),
         };
         let how = match name {
             "terrain" => "lay its ground with citylod import ELEVATION --into CITY",
-            _ => "import the city with --effects",
+            _ => "declare it with --effects when the city is imported",
         };
-        format!("it declares {declares}; leave it out, or {how}")
+        format!(
+            "the scene does not declare the effect {name:?}, {declares}; leave {name} out, or {how}"
+        )
     };
-    let detail = format!("the scene does not declare the effect {name:?}: {way_out}");
     match naming {
         Naming::Pointer => naming.problem("effects", &token(name), detail),
         Naming::Parameter => naming.problem("effects", parameter, detail),
