@@ -22,12 +22,8 @@ impl Replacement {
     /// # Errors
     /// What the system says.
     pub fn of(path: &Path) -> io::Result<Self> {
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".citylod-");
+        builder.prefix(PREFIX);
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
@@ -35,7 +31,7 @@ impl Replacement {
         }
         // The temporary name, which its error would tell, helps nobody.
         let temporary = builder
-            .tempfile_in(folder)
+            .tempfile_in(folder_of(path))
             .map_err(|error| io::Error::from(error.kind()))?;
         Ok(Self {
             temporary,
@@ -74,15 +70,90 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> 
     new.finish()
 }
 
-/// Replaces two files that belong together: both are synced before either gets its name.
+/// Why two files were not replaced.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: cannot write", path.display())]
+pub struct NotReplaced {
+    /// Which of them could not be.
+    pub path: PathBuf,
+    /// What the system says.
+    pub source: io::Error,
+}
+
+/// Replaces two files that belong together: both are synced before either gets its name, and where
+/// the second name is refused, what was at the first is put back.
 ///
 /// # Errors
-/// What the system says. Both are then as they were, unless only the second name was refused.
-pub fn finish_both(first: Replacement, second: Replacement) -> io::Result<()> {
-    second.temporary.as_file().sync_all()?;
-    first.finish()?;
-    second.temporary.persist(second.path)?;
-    Ok(())
+/// [`NotReplaced`]; both are then as they were. Where what was at the first could not be put back,
+/// the error names the file that has it.
+pub fn finish_both(first: Replacement, second: Replacement) -> Result<(), NotReplaced> {
+    let refused = |path: &Path| {
+        let path = path.to_owned();
+        move |source| NotReplaced { path, source }
+    };
+    let path = first.path.clone();
+    second
+        .temporary
+        .as_file()
+        .sync_all()
+        .map_err(refused(&second.path))?;
+    let former = second_name(&path).map_err(refused(&path))?;
+    first.finish().map_err(refused(&path))?;
+    let Err(error) = second.temporary.persist(&second.path) else {
+        return Ok(());
+    };
+    match put_back(former, &path) {
+        Ok(()) => Err(refused(&second.path)(error.error)),
+        Err(again) => Err(refused(&path)(again)),
+    }
+}
+
+/// What is at `path` under a name of its own beside it, gone when dropped; `None` where there is
+/// nothing.
+fn second_name(path: &Path) -> io::Result<Option<NamedTempFile<()>>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    if path.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX);
+    let made = builder.make_in(folder_of(path), |name| match fs::hard_link(path, name) {
+        Err(error) if error.kind() != ErrorKind::AlreadyExists => {
+            // Not every file system has links, and not every file may be linked to.
+            fs::copy(path, name).map(|_| ())
+        }
+        linked => linked,
+    });
+    made.map(Some)
+        .map_err(|error| io::Error::from(error.kind()))
+}
+
+/// Gives what [`second_name`] kept its own name again.
+fn put_back(former: Option<NamedTempFile<()>>, path: &Path) -> io::Result<()> {
+    let Some(former) = former else {
+        return fs::remove_file(path);
+    };
+    former.persist(path).map_err(|refused| {
+        let error = refused.error;
+        match refused.file.into_temp_path().keep() {
+            Ok(kept) => {
+                io::Error::other(format!("what was there is now {}: {error}", kept.display()))
+            }
+            Err(_) => error,
+        }
+    })
+}
+
+/// What names of temporary files begin with.
+const PREFIX: &str = ".citylod-";
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
 }
 
 /// A file that is read as if it were memory.
@@ -155,5 +226,62 @@ impl Deref for Mapped {
 
     fn deref(&self) -> &[u8] {
         &self.map
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use super::*;
+
+    fn replacement(path: &Path, content: &str) -> Replacement {
+        let mut new = Replacement::of(path).expect("a file beside it");
+        new.file().write_all(content.as_bytes()).expect("room");
+        new
+    }
+
+    /// Names and contents of all files of a folder.
+    fn files(folder: &Path) -> Vec<(String, String)> {
+        let entries = fs::read_dir(folder).expect("a folder").flatten();
+        let files = entries.filter(|entry| entry.path().is_file());
+        let mut files: Vec<_> = files
+            .map(|entry| {
+                let content = fs::read_to_string(entry.path()).expect("text");
+                (entry.file_name().to_string_lossy().into_owned(), content)
+            })
+            .collect();
+        files.sort();
+        files
+    }
+
+    #[test]
+    fn two_files_are_replaced_both_or_neither() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+        let both = || finish_both(replacement(&a, "new a"), replacement(&b, "new b"));
+        let named = |a: &str, b: &str| {
+            let files = [("a", a), ("b", b)].map(|(name, text)| (name.into(), text.into()));
+            files.to_vec() as Vec<(String, String)>
+        };
+        both().expect("nothing is in the way");
+        assert_eq!(files(folder.path()), named("new a", "new b"));
+        fs::write(&a, "old a").expect("room");
+        fs::write(&b, "old b").expect("room");
+        both().expect("nothing is in the way");
+        assert_eq!(files(folder.path()), named("new a", "new b"));
+        // A folder cannot be replaced by a file.
+        fs::write(&a, "old a").expect("room");
+        fs::remove_file(&b).expect("a file");
+        fs::create_dir(&b).expect("room");
+        let refused = both().expect_err("a folder is in the way");
+        assert_eq!(refused.path, b);
+        assert_eq!(files(folder.path()), [("a".into(), "old a".into())]);
+        fs::remove_file(&a).expect("a file");
+        both().expect_err("a folder is in the way");
+        assert_eq!(files(folder.path()), []);
+        fs::create_dir(&a).expect("room");
+        assert_eq!(both().expect_err("another").path, a);
+        assert_eq!(files(folder.path()), []);
     }
 }

@@ -65,6 +65,12 @@ pub(super) struct ImportArgs {
     /// GeoJSON property with the height in metres [default: height, measuredHeight, …]
     #[arg(long)]
     pub height: Option<String>,
+    /// Take only objects of this class, such as Building; may be given more than once
+    #[arg(long, value_name = "NAME", conflicts_with = "except_class")]
+    pub class: Vec<String>,
+    /// Leave out objects of this class, such as Road; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    pub except_class: Vec<String>,
     /// JSON file that declares what a frame of the city calls for: motion, haze, occlusion, and
     /// with --into, in place of what it declared, terrain too
     #[arg(long, value_name = "FILE")]

@@ -3,7 +3,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 
-use super::args::ExperimentArgs;
+use super::args::{ExperimentArgs, misuse};
 use super::progress::{self, Steps};
 use crate::experiment::{Entry, Experiment, Options, Outcome, run as run_experiment, write_index};
 
@@ -23,7 +23,12 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<()> {
 fn run_one(experiment: Experiment, args: &ExperimentArgs, options: &Options) -> Result<()> {
     let name = experiment.name();
     if !args.city.is_empty() && !experiment.looks_at_cities() {
-        bail!("--city goes with other experiments: {name} makes its cities itself");
+        let looking = Experiment::ALL.into_iter().filter(|e| e.looks_at_cities());
+        let looking: Vec<&str> = looking.map(Experiment::name).collect();
+        let looking = looking.join(", ");
+        let reason =
+            format!("--city: {name} makes its cities itself; --city goes with {looking} and all");
+        return Err(misuse("experiment", reason).into());
     }
     let spinner = progress::spinner();
     let report = run_experiment(experiment, options, &|doing| {

@@ -3,15 +3,21 @@
 use std::error::Error;
 use std::io::{self, ErrorKind};
 
+use crate::service::ListenError;
+
 /// The error and its causes. One that only repeats its own cause with more words, such as the
 /// temporary name a file was written under, is passed over.
 pub(super) fn told(error: &anyhow::Error) -> String {
-    let mut writing = false;
+    let mut doing = Doing::Reading;
     let texts: Vec<String> = error
         .chain()
         .map(|cause| {
-            let text = text(cause, writing);
-            writing |= text.ends_with("cannot write");
+            let text = text(cause, doing);
+            if text.ends_with("cannot write") {
+                doing = Doing::Writing;
+            } else if cause.is::<ListenError>() {
+                doing = Doing::Listening;
+            }
             text
         })
         .collect();
@@ -24,9 +30,34 @@ pub(super) fn told(error: &anyhow::Error) -> String {
         .join(": ")
 }
 
-fn text(error: &(dyn Error + 'static), writing: bool) -> String {
+/// What failed.
+#[derive(Clone, Copy, PartialEq)]
+enum Doing {
+    Reading,
+    Writing,
+    Listening,
+}
+
+fn text(error: &(dyn Error + 'static), doing: Doing) -> String {
     match error.downcast_ref::<io::Error>() {
-        Some(io) if io.get_ref().is_none() => plain(io, writing),
+        Some(io) if doing == Doing::Listening => of_address(io),
+        Some(io) if io.get_ref().is_none() => plain(io, doing == Doing::Writing),
+        _ => error.to_string(),
+    }
+}
+
+/// What the system says of an address, in words that tell the way out.
+fn of_address(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::AddrInUse => {
+            "another program listens there; stop it, or give another port: --listen 0 takes one that is free".into()
+        }
+        ErrorKind::AddrNotAvailable => {
+            "it is no address of this machine; --listen 0.0.0.0:PORT takes all that it has".into()
+        }
+        ErrorKind::PermissionDenied => {
+            "the system does not permit it; give a port from 1024 on with --listen".into()
+        }
         _ => error.to_string(),
     }
 }

@@ -2,25 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::{ImportArgs, citylod_name};
 use super::effects::declared;
 use super::numbers::system;
 use super::say::say;
+use super::standing::{Standing, corner, set_down};
 use super::{progress, text};
 use crate::effects::terrain::{Land, LandError};
-use crate::file::finish_both;
+use crate::file::{NotReplaced, finish_both};
 use crate::index::LodTree;
 use crate::scene::{Effects, Terrain};
 use crate::terrain::pyramid::{Pyramid, Tiling, beside, prepared};
 use crate::terrain::read::{Encoding, Options, read};
-use crate::terrain::{Footing, HeightField, footing};
-
-/// Up to this far above the highest or below the lowest ground under it, an object stands on it:
-/// what elevation of 10 to 30 m posts leaves open.
-const TOLERANCE_M: f64 = 2.0;
 
 /// What concerns elevation.
 #[derive(Debug, clap::Args)]
@@ -28,8 +24,11 @@ const TOLERANCE_M: f64 = 2.0;
 pub(super) struct GroundArgs {
     /// City to lay the ground of: written beside it, with the ending .terrain, and declared in it
     #[arg(long, value_name = "CITY", value_parser = citylod_name,
-          conflicts_with_all = ["output", "up", "lod", "height"])]
+          conflicts_with_all = ["output", "up", "lod", "height", "promote", "class", "except_class"])]
     pub into: Option<PathBuf>,
+    /// Set all objects on the ground, not only those whose source does not say how high they stand
+    #[arg(long, conflicts_with = "output")]
+    pub drape: bool,
     /// Coordinate system of the elevation, such as EPSG:25832; goes before what the file says
     #[arg(long, conflicts_with = "output", value_parser = system)]
     pub crs: Option<String>,
@@ -75,6 +74,8 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     let output = beside(city);
     let field = &raster.field;
     spinner.set_message("looking what stands on it");
+    let (set, moved) = set_down(&tree, field, args.ground.drape)?;
+    let tree = moved.unwrap_or(tree);
     let standing = Standing::of(&tree, field, args.warnings);
     if standing.without == u64::from(tree.object_count()) && standing.without > 0 {
         bail!(
@@ -100,9 +101,11 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         None => *tree.effects(),
     };
     let declaring = declare(&tree, before, &pyramid).prepared(city);
-    declaring
-        .and_then(|declaring| finish_both(laid, declaring))
-        .with_context(|| format!("{}: cannot lay its ground", city.display()))?;
+    let declaring = declaring.map_err(|source| NotReplaced {
+        path: city.to_owned(),
+        source,
+    })?;
+    finish_both(laid, declaring)?;
     spinner.finish_and_clear();
     match (tree.crs(), &raster.crs) {
         (None, Some(crs)) => {
@@ -121,6 +124,13 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         say!("{line}");
     }
     say!("{}: {}", output.display(), line(&pyramid));
+    if set > 0 {
+        say!(
+            "{}: {} set on the lowest ground under their boxes",
+            city.display(),
+            text::counted(set, "object")
+        );
+    }
     say!(
         "{}: declares terrain: query, render and serve draw this ground; --without terrain leaves it out",
         city.display()
@@ -137,94 +147,6 @@ fn declare(tree: &LodTree, declared: Effects, pyramid: &Pyramid) -> LodTree {
         }),
         ..declared
     })
-}
-
-/// How the objects of a city stand on ground.
-#[derive(Debug, Default)]
-struct Standing {
-    /// Of those whose base does not meet it, the first ones.
-    named: Vec<String>,
-    above: u64,
-    below: u64,
-    without: u64,
-}
-
-impl Standing {
-    fn of(tree: &LodTree, field: &HeightField, most: usize) -> Self {
-        let mut standing = Self::default();
-        for object in (0..tree.object_count()).filter_map(|number| tree.object(number)) {
-            let gap = match footing(field, &object.bounds, TOLERANCE_M) {
-                Footing::Meets => continue,
-                Footing::NoGround => {
-                    standing.without += 1;
-                    continue;
-                }
-                Footing::Above(gap) => {
-                    standing.above += 1;
-                    format!("{} m above", text::metres(gap))
-                }
-                Footing::Below(gap) => {
-                    standing.below += 1;
-                    format!("{} m below", text::metres(gap))
-                }
-            };
-            if standing.named.len() < most {
-                standing.named.push(format!(
-                    "warning: {}: its base is {gap} the ground under it",
-                    object.id
-                ));
-            }
-        }
-        standing
-    }
-
-    /// A warning for each that is named, and what they come to.
-    fn lines(self, tree: &LodTree, field: &HeightField) -> Vec<String> {
-        let Self {
-            named: mut lines,
-            above,
-            below,
-            without,
-        } = self;
-        let hidden = above + below - lines.len() as u64;
-        if hidden > 0 {
-            let all = above + below;
-            let more = text::counted(hidden, "more object");
-            lines.push(format!("and {more}; see them with --warnings {all}"));
-        }
-        let of = text::counted(tree.object_count().into(), "object");
-        if above + below > 0 {
-            lines.push(format!(
-                "warning: of {of}, {} stand more than {TOLERANCE_M} m above the ground under them and {} more than that below; ground and city may count heights from different levels",
-                text::grouped(above),
-                text::grouped(below)
-            ));
-        }
-        if without > 0 {
-            lines.push(format!(
-                "warning: of {of}, {} have no ground under them; the ground reaches from {} to {}",
-                text::grouped(without),
-                corner(field, false),
-                corner(field, true)
-            ));
-        }
-        lines
-    }
-}
-
-/// The south-west or north-east post.
-fn corner(field: &HeightField, far: bool) -> String {
-    let grid = field.grid();
-    let (column, row) = if far {
-        (grid.columns() - 1, grid.rows() - 1)
-    } else {
-        (0, 0)
-    };
-    format!(
-        "{} {}",
-        text::metres(grid.x(column)),
-        text::metres(grid.y(row))
-    )
 }
 
 /// The ground of a city that declares terrain.

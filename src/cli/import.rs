@@ -6,7 +6,7 @@ use super::args::ImportArgs;
 use super::effects::declared_anew;
 use super::say::say;
 use super::{ground, progress, text};
-use crate::import::{Options, Unused, import};
+use crate::import::{Classes, Options, Unused, import};
 use crate::index;
 
 pub(super) fn run(args: &ImportArgs) -> Result<()> {
@@ -23,6 +23,7 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
         up: args.up.map(Into::into),
         lod: args.lod.clone(),
         height: args.height.clone(),
+        classes: classes(args),
     };
     let bar = progress::bytes();
     bar.set_message("importing");
@@ -49,10 +50,11 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
         );
     }
     if imported.scene.objects.is_empty() {
-        bail!(
-            "the files hold no object to import; {} is left as it was",
-            output.display()
-        );
+        let none = match options.classes {
+            Classes::All => "the files hold no object to import",
+            _ => "no object is left of the classes asked for",
+        };
+        bail!("{none}; {} is left as it was", output.display());
     }
     let spinner = progress::spinner();
     spinner.set_message("building the index");
@@ -63,6 +65,14 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
     ground::warn_of_other(output);
     say!("{}: {}", output.display(), text::summary(&tree));
     Ok(())
+}
+
+fn classes(args: &ImportArgs) -> Classes {
+    match (args.class.as_slice(), args.except_class.as_slice()) {
+        ([], []) => Classes::All,
+        ([], except) => Classes::Except(except.to_vec()),
+        (only, _) => Classes::Only(only.to_vec()),
+    }
 }
 
 fn unused(option: Unused) -> &'static str {

@@ -57,6 +57,7 @@ fn summary(args: &InfoArgs, tree: &LodTree, ground: Option<&Pyramid>) -> serde_j
         "objects": tree.object_count(),
         "nodes": tree.node_count(),
         "levels": tree.level_count(),
+        "base_unknown": tree.base_unknown_count(),
         "promotion": tree.promotion(),
         "bounds": bounds_json(&tree.bounds()),
         "origin": tree.origin().to_array(),
@@ -64,6 +65,18 @@ fn summary(args: &InfoArgs, tree: &LodTree, ground: Option<&Pyramid>) -> serde_j
         "effects": tree.effects(),
         "terrain": ground.map(ground::summary),
     })
+}
+
+/// Of how many objects it is not known how high they stand, and what becomes of them.
+fn bases(args: &InfoArgs, tree: &LodTree, is_laid: bool) -> String {
+    let objects = text::counted(tree.base_unknown_count().into(), "object");
+    let fate = if is_laid {
+        "set on the ground, where there is any under them".to_owned()
+    } else {
+        let city = text::word(&args.file.to_string_lossy());
+        format!("at 0 until ground is laid: citylod import ELEVATION --into {city}")
+    };
+    format!("not known of {objects}; {fate}")
 }
 
 fn bounds_json(bounds: &Aabb) -> serde_json::Value {
@@ -104,6 +117,9 @@ fn table(
     for (class, count) in class_counts(tree) {
         let count = grouped(count.as_u64().unwrap_or_default());
         writeln!(out, "           {count:>11} {class}")?;
+    }
+    if tree.base_unknown_count() > 0 {
+        writeln!(out, "bases      {}", bases(args, tree, ground.is_some()))?;
     }
     writeln!(out, "nodes      {}", grouped(tree.node_count().into()))?;
     let a = tree.arrays();

@@ -20,6 +20,7 @@ mod render;
 mod say;
 mod select;
 mod serve;
+mod standing;
 mod text;
 
 use std::process::ExitCode;

@@ -8,7 +8,7 @@ use crate::frame;
 use crate::geom::{DVec3, DepthRange, Orientation, Projection, View};
 use crate::import;
 use crate::index::{self, LodTree, Promotion};
-use crate::scene::{CityParams, Scene, SceneObject, generate};
+use crate::scene::{CityParams, Scene, generate};
 
 /// As many objects as in Gong's test.
 pub(super) const GONG_OBJECTS: u32 = 23_951;
@@ -38,25 +38,6 @@ pub(super) fn real() -> Option<PathBuf> {
     let folder = PathBuf::from(std::env::var_os("CITYLOD_DATA")?);
     let path = folder.join("cityjson/tokyo-minato-23951.city.json.gz");
     path.is_file().then_some(path)
-}
-
-/// What a tree holds as a scene again, but for attributes.
-pub(super) fn scene_of(tree: &LodTree) -> Scene {
-    let objects = (0..tree.object_count()).filter_map(|number| {
-        let object = tree.object(number)?;
-        Some(SceneObject {
-            id: object.id.into(),
-            class: object.class.into(),
-            bounds: object.bounds,
-            footprint_area: object.footprint_area,
-            triangles: object.triangles,
-            attributes: None,
-        })
-    });
-    Scene {
-        objects: objects.collect(),
-        ..Scene::default()
-    }
 }
 
 /// The tree of a city in a file: opened, or imported and built.

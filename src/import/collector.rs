@@ -1,3 +1,4 @@
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -5,7 +6,7 @@ use std::sync::Arc;
 use compact_str::CompactString;
 
 use super::extents::Extents;
-use super::{ImportError, Imported, Place, Source};
+use super::{Classes, ImportError, Imported, Place, Source};
 use crate::scene::{Renamed, Scene, SceneObject};
 
 /// Something in a usable file that was changed or left out.
@@ -37,21 +38,37 @@ impl fmt::Display for Warning {
 /// Takes what the formats hand over.
 #[derive(Debug, Default)]
 pub(super) struct Collector {
+    classes: Classes,
+    /// Classes of all objects, of those that are not taken too.
+    found: BTreeSet<CompactString>,
+    /// Ids of the current file whose objects were not taken.
+    untaken: BTreeSet<CompactString>,
     scene: Scene,
     warnings: Vec<Warning>,
     path: Arc<PathBuf>,
     /// The current file is the last one.
     files: Extents,
-    /// How many warnings there were before the current file.
+    /// How many warnings, and how many objects, there were before the current file.
     warned_before: usize,
+    taken_before: usize,
 }
 
 impl Collector {
+    /// For objects of these classes.
+    pub(super) fn new(classes: &Classes) -> Self {
+        Self {
+            classes: classes.clone(),
+            ..Self::default()
+        }
+    }
+
     /// The next objects come from this file.
     pub(super) fn begin(&mut self, source: &Source) {
+        self.end_file();
         self.path = Arc::new(source.path().to_owned());
         self.files.begin(Arc::clone(&self.path));
         self.warned_before = self.warnings.len();
+        self.taken_before = self.scene.objects.len();
     }
 
     /// The objects of the current file lie in this system.
@@ -75,7 +92,15 @@ impl Collector {
         self.scene.crs.as_deref()
     }
 
+    /// Takes an object, if it is of a class that is asked for.
     pub(super) fn object(&mut self, object: SceneObject) {
+        if !self.found.contains(&object.class) {
+            self.found.insert(object.class.clone());
+        }
+        if !self.classes.take(&object.class) {
+            self.untaken.insert(object.id);
+            return;
+        }
         self.files.add(&object.bounds);
         self.scene.objects.push(object);
     }
@@ -107,12 +132,29 @@ impl Collector {
         self.warnings.insert(first, warning);
     }
 
+    /// Forgets what was said of objects of the current file that were not taken.
+    fn end_file(&mut self) {
+        let mut untaken = std::mem::take(&mut self.untaken);
+        for taken in &self.scene.objects[self.taken_before..] {
+            untaken.remove(&taken.id); // ids may repeat
+        }
+        let said = self.warnings.split_off(self.warned_before);
+        let holds = |warning: &Warning| match &warning.object {
+            Some(id) => !untaken.contains(id),
+            None => true,
+        };
+        self.warnings.extend(said.into_iter().filter(holds));
+    }
+
     /// # Errors
-    /// [`ImportError::FarApart`].
+    /// [`ImportError::NoSuchClass`], [`ImportError::FarApart`].
     pub(super) fn finish(mut self) -> Result<Imported, ImportError> {
+        self.end_file();
+        self.classes.check(&self.found)?;
         let doubts = self.files.doubts(self.scene.crs.as_deref())?;
+        let tilted = self.files.tilted();
         // First, where no number of other warnings hides them.
-        self.warnings.splice(0..0, doubts);
+        self.warnings.splice(0..0, tilted.chain(doubts));
         let renamed = if self.ids_repeat() {
             self.scene.canonicalize()
         } else {

@@ -48,10 +48,19 @@ pub enum ImportError {
     },
     /// Neither name nor content is of a known format.
     #[error(
-        "{}: not a city format known here; expected .gltf, .glb, .obj, .city.json, .json, .city.jsonl, .jsonl, .geojson, .geojsonl or .ndjson, any of them with .gz",
+        "{}: not a city format known here; expected .gltf, .glb, .obj, .city.json, .json, .city.jsonl, .jsonl, .geojson, .geojsonl or .ndjson, any of them with .gz; elevation is laid under a city with --into",
         path.display()
     )]
     UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The name is that of what an import makes.
+    #[error(
+        "{}: is a city already, imported or generated; look at it with citylod info or serve it with citylod serve, and import the files that it was made of where it is to be made anew",
+        path.display()
+    )]
+    AlreadyCity {
         /// The file.
         path: PathBuf,
     },
@@ -87,6 +96,14 @@ pub enum ImportError {
         found: String,
         /// The system of the files before it.
         expected: String,
+    },
+    /// A class that was asked for, or asked to be left out, is that of no object.
+    #[error("no object is of the class {class:?}; the classes of the files are {found}")]
+    NoSuchClass {
+        /// Its name.
+        class: String,
+        /// Those there are.
+        found: String,
     },
     /// A file does not say which system it lies in, and cannot lie in that of the others.
     #[error(

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::{ImportError, Place, Warning};
-use crate::geom::Aabb;
+use super::tilt::{self, Spread};
+use super::{ImportError, Place, Warning, globe};
+use crate::geom::{Aabb, DVec3};
 
 /// Files that lie farther apart than this are worth a word, m.
 const FAR_M: f64 = 10_000.0;
@@ -21,6 +22,11 @@ struct Extent {
     /// It says which system it lies in.
     stated: bool,
     bounds: Aabb,
+    objects: u64,
+    /// Of these, those with earth-centred coordinates, and where the first of them is.
+    on_globe: u64,
+    place: DVec3,
+    spread: Spread,
 }
 
 impl Extents {
@@ -29,6 +35,10 @@ impl Extents {
             path,
             stated: false,
             bounds: Aabb::EMPTY,
+            objects: 0,
+            on_globe: 0,
+            place: DVec3::ZERO,
+            spread: Spread::default(),
         });
     }
 
@@ -43,7 +53,51 @@ impl Extents {
     pub(super) fn add(&mut self, bounds: &Aabb) {
         if let Some(file) = self.0.last_mut() {
             file.bounds = file.bounds.union(bounds);
+            file.objects += 1;
+            let middle = bounds.center();
+            file.spread.add(middle);
+            if globe::is_earth_centred(middle) {
+                if file.on_globe == 0 {
+                    file.place = middle;
+                }
+                file.on_globe += 1;
+            }
         }
+    }
+
+    /// A warning where most objects of a file are earth-centred, and one where those of another
+    /// lie in a plane far from level; one for all such files.
+    pub(super) fn tilted(&self) -> impl Iterator<Item = Warning> {
+        let is_on_globe = |file: &Extent| file.on_globe * 2 > file.objects;
+        let on_globe = self.first(is_on_globe, |file| globe::warning(file.place));
+        let tilt_deg = move |file: &Extent| file.spread.tilt_deg().filter(|_| !is_on_globe(file));
+        let tilted = self.first(
+            |file| tilt_deg(file).is_some(),
+            |file| tilt::warning(tilt_deg(file).unwrap_or_default()),
+        );
+        on_globe.into_iter().chain(tilted)
+    }
+
+    /// What is said of the first of the files of which something is so, and how many others there
+    /// are.
+    fn first(
+        &self,
+        is_so: impl Fn(&Extent) -> bool,
+        what: impl FnOnce(&Extent) -> String,
+    ) -> Option<Warning> {
+        let mut files = self.0.iter().filter(|file| is_so(file));
+        let first = files.next()?;
+        let also = match files.count() {
+            0 => String::new(),
+            1 => "; so it is with 1 more file".into(),
+            more => format!("; so it is with {more} more files"),
+        };
+        Some(Warning {
+            path: Arc::clone(&first.path),
+            object: None,
+            place: Place::File,
+            what: what(first) + &also,
+        })
     }
 
     /// A warning for each file of which it is not sure that it lies in the system of the others,

@@ -7,21 +7,25 @@
 //! Knows nothing of trees, levels of detail or HTTP.
 
 mod cityjson;
+mod classes;
 mod collector;
 mod crs;
 mod error;
 mod extents;
 mod geojson;
+mod globe;
 mod gltf;
 mod json;
 mod obj;
 mod shape;
 mod source;
+mod tilt;
 
 use std::path::PathBuf;
 
 use crate::scene::Scene;
 
+pub use classes::Classes;
 pub use collector::Warning;
 pub use error::{ImportError, Place};
 
@@ -46,6 +50,8 @@ pub struct Options {
     pub lod: Option<String>,
     /// `GeoJSON` property that holds the height in metres; default: the usual names.
     pub height: Option<String>,
+    /// Which classes of objects are taken over; default: all.
+    pub classes: Classes,
 }
 
 /// Called with the bytes read so far (as they lie on disk) and their total.
@@ -54,7 +60,7 @@ pub type Progress<'a> = dyn Fn(u64, u64) + 'a;
 /// A scene and what could not be taken over as it was.
 #[derive(Debug)]
 pub struct Imported {
-    /// Everything that has geometry, in file order. Where ids repeat they are made unique, each
+    /// Everything that has geometry and is of a class that was asked for, in file order. Where ids repeat they are made unique, each
     /// with a warning, and the objects put in the order of their ids.
     pub scene: Scene,
     /// One for each object or feature that was changed or left out, in file order.
@@ -97,13 +103,14 @@ impl Options {
 ///
 /// # Errors
 /// [`ImportError`], naming the file and the place in it, when a file cannot be read at all or the
-/// files do not share a coordinate reference system, or cannot. No partial scene is returned.
+/// files do not share a coordinate reference system, or cannot, or where there is no object of a
+/// class that is named. No partial scene is returned.
 pub fn import(
     files: &[PathBuf],
     options: &Options,
     progress: &Progress,
 ) -> Result<Imported, ImportError> {
-    let mut collector = Collector::default();
+    let mut collector = Collector::new(&options.classes);
     let total = files
         .iter()
         .map(|f| f.metadata().map_or(0, |m| m.len()))

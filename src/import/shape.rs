@@ -14,6 +14,7 @@ pub(super) struct Shape {
     vertices: Vec<DVec3>,
     triangles: u64,
     not_finite: usize,
+    base_unknown: bool,
     /// Room for the vertices seen from above.
     ground: Vec<Coord>,
 }
@@ -23,6 +24,12 @@ impl Shape {
         self.vertices.clear();
         self.triangles = 0;
         self.not_finite = 0;
+        self.base_unknown = false;
+    }
+
+    /// Nothing says how high it stands.
+    pub(super) fn base_is_unknown(&mut self) {
+        self.base_unknown = true;
     }
 
     /// Adds a vertex in scene coordinates. One that is not finite is counted and left out.
@@ -57,6 +64,7 @@ impl Shape {
             bounds,
             footprint_area: self.footprint_area(bounds.min()),
             triangles: u32::try_from(self.triangles).unwrap_or(u32::MAX),
+            base_known: !self.base_unknown,
             attributes,
         })
     }

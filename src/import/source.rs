@@ -60,8 +60,12 @@ impl Source {
             .take(SNIFF_BYTES as u64)
             .read_to_end(&mut head)
             .map_err(io)?;
-        source.format = format_of(path, &head).ok_or_else(|| ImportError::UnknownFormat {
-            path: path.to_owned(),
+        source.format = format_of(path, &head).ok_or_else(|| {
+            let path = path.to_owned();
+            match path.extension() {
+                Some(extension) if extension == "citylod" => ImportError::AlreadyCity { path },
+                _ => ImportError::UnknownFormat { path },
+            }
         })?;
         Ok(source)
     }

@@ -24,6 +24,7 @@ mod radii;
 mod rows;
 mod texts;
 mod tree;
+mod unpack;
 mod validate;
 
 pub use arrays::Arrays;

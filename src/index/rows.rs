@@ -50,6 +50,8 @@ pub(super) struct Rows {
     pub(super) ids: Texts,
     /// Attributes as they are; not even counted where no object has any.
     pub(super) attributes: Texts,
+    /// Whether the source says how high each one stands; empty where it says so of all.
+    pub(super) base_known: Vec<bool>,
 }
 
 impl Rows {
@@ -69,6 +71,7 @@ impl Rows {
             each: bytemuck::zeroed_vec(objects.len()),
             ids: Texts::zeroed(objects.len(), total(0)),
             attributes: Texts::zeroed(objects.len(), total(1)),
+            base_known: base_known(objects),
         };
         let (mut ids, mut attributes) = (all.ids.all_mut(), all.attributes.all_mut());
         let pieces = objects.chunks(PIECE).zip(all.each.chunks_mut(PIECE));
@@ -118,5 +121,14 @@ impl Rows {
 
     pub(super) fn all(&self) -> &[Row] {
         &self.each
+    }
+}
+
+fn base_known(objects: &[&SceneObject]) -> Vec<bool> {
+    let known = || objects.par_iter().map(|object| object.base_known);
+    if known().all(|known| known) {
+        Vec::new()
+    } else {
+        known().collect()
     }
 }

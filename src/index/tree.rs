@@ -45,6 +45,8 @@ pub struct Object<'a> {
     pub footprint_area: f64,
     /// Triangles it takes to draw.
     pub triangles: u32,
+    /// Whether the source says how high it stands.
+    pub base_known: bool,
     /// The level it is stored at.
     pub level: u32,
     /// JSON object with whatever else the source said.
@@ -77,7 +79,8 @@ impl LodTree {
             }
         })?;
         let image = Image::mapped(map).map_err(|refusal| refused(path, refusal))?;
-        let meta = Meta::from_json(image.section(Section::Meta)).map_err(|reason| {
+        let objects = image.header().objects;
+        let meta = Meta::from_json(image.section(Section::Meta), objects).map_err(|reason| {
             let damage = Damage::new(Section::Meta.name(), reason);
             refused(path, Refusal::Damaged(damage))
         })?;
@@ -156,6 +159,11 @@ impl LodTree {
     /// The kinds of object there are, sorted.
     pub fn classes(&self) -> &[CompactString] {
         self.meta.classes()
+    }
+
+    /// Of how many objects the source does not say how high they stand.
+    pub fn base_unknown_count(&self) -> u32 {
+        self.meta.base_unknown_count()
     }
 
     /// How representatives were chosen.
@@ -300,6 +308,7 @@ impl LodTree {
             bounds: self.bounds_of(object)?,
             footprint_area: *self.image.slice(Section::Footprints).get(at)?,
             triangles: *self.image.slice(Section::Triangles).get(at)?,
+            base_known: self.meta.base_known(object),
             level: self.level_of(object),
             attributes: self.attributes(object),
         })

@@ -17,6 +17,9 @@ pub struct SceneObject {
     pub footprint_area: f64,
     /// Triangles it takes to draw.
     pub triangles: u32,
+    /// Whether the source says how high it stands. A footprint without a height of its ground
+    /// does not: it stands at 0 until ground is laid under it.
+    pub base_known: bool,
     /// What else the source says of it: a JSON object.
     pub attributes: Option<Box<RawValue>>,
 }

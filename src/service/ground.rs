@@ -129,7 +129,7 @@ fn revision(query: &str) -> Result<Option<String>, Problem> {
     let mut revision = None;
     for (name, text) in form_urlencoded::parse(query.as_bytes()) {
         if name != "revision" {
-            return Err(unknown(&name));
+            return Err(unknown(&name, &["revision"]));
         }
         if revision.replace(text.to_string()).is_some() {
             let parameter = Parameter {

@@ -174,11 +174,15 @@ impl Problem {
         }
     }
 
-    /// Why, and where, in one line.
+    /// Why, and where, in one line; a place that the detail has in its words is not said twice.
     pub fn reason(&self) -> String {
+        let is_of_name = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+        let mut words = self.detail.split(|c| !is_of_name(c));
         match &self.pointer {
-            Some(pointer) => format!("{pointer}: {}", self.detail),
-            None => self.detail.clone(),
+            Some(pointer) if !pointer.is_empty() && words.all(|word| word != pointer) => {
+                format!("{pointer}: {}", self.detail)
+            }
+            _ => self.detail.clone(),
         }
     }
 
@@ -248,5 +252,37 @@ impl IntoResponse for Problem {
         // For the log.
         response.extensions_mut().insert(self);
         response
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reason_names_the_place_once() {
+        for (place, detail, reason) in [
+            ("far", "must be a number", "far: must be a number"),
+            (
+                "far",
+                "far_dist_m is too large",
+                "far: far_dist_m is too large",
+            ),
+            (
+                "scene",
+                "there is no scene \"x\"",
+                "there is no scene \"x\"",
+            ),
+            (
+                "Content-Type",
+                "Content-Type must be application/json, is \"\"",
+                "Content-Type must be application/json, is \"\"",
+            ),
+            ("", "the body is empty", "the body is empty"),
+            ("/far", "far is null", "/far: far is null"),
+        ] {
+            let problem = Problem::new(Kind::InvalidRequest, detail).at(place);
+            assert_eq!(problem.reason(), reason);
+        }
     }
 }

@@ -36,7 +36,7 @@ impl Span {
                 "start" => start.replace(parameter.whole(&text)?.0).is_some(),
                 "end" => end.replace(parameter.whole(&text)?.0).is_some(),
                 "revision" => revision.replace(text.to_string()).is_some(),
-                _ => return Err(unknown(&name)),
+                _ => return Err(unknown(&name, &["start", "end", "revision"])),
             };
             if twice {
                 return Err(parameter.problem("is given twice"));

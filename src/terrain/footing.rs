@@ -18,48 +18,57 @@ pub enum Footing {
     NoGround,
 }
 
-/// How a box stands on a field in the same coordinates, with `tolerance_m` up and down. Ground is
-/// looked at below the corners of the box, its middle, and at every post between them.
+/// How a box stands on a field in the same coordinates, with `tolerance_m` up and down.
 pub fn footing(field: &HeightField, bounds: &Aabb, tolerance_m: f64) -> Footing {
+    let base = bounds.min().z;
+    match ground_under(field, bounds) {
+        None => Footing::NoGround,
+        Some([_, high]) if base > high + tolerance_m => Footing::Above(base - high),
+        Some([low, _]) if base < low - tolerance_m => Footing::Below(low - base),
+        Some(_) => Footing::Meets,
+    }
+}
+
+/// The lowest and the highest ground under a box in the same coordinates, bilinear between posts,
+/// m; `None` where no height is known under it.
+///
+/// Law: exact where all heights under the box are known. In a rectangle, what is bilinear is lowest
+/// and highest at corners: of the box, of cells, and where the one's sides cross the other's.
+pub fn ground_under(field: &HeightField, bounds: &Aabb) -> Option<[f64; 2]> {
     if bounds.is_empty() {
-        return Footing::NoGround;
+        return None;
     }
-    let (min, max, middle) = (bounds.min(), bounds.max(), bounds.center());
-    let mut range: Option<(f64, f64)> = None;
+    let (min, max) = (bounds.min(), bounds.max());
+    let mut range: Option<[f64; 2]> = None;
     let mut look = |height: f64| {
-        let (low, high) = range.unwrap_or((height, height));
-        range = Some((low.min(height), high.max(height)));
+        let [low, high] = range.unwrap_or([height; 2]);
+        range = Some([low.min(height), high.max(height)]);
     };
-    for (x, y) in [
-        (min.x, min.y),
-        (max.x, min.y),
-        (min.x, max.y),
-        (max.x, max.y),
-        (middle.x, middle.y),
-    ] {
-        field
-            .height_at(x, y, Interpolation::Bilinear)
-            .into_iter()
-            .for_each(&mut look);
-    }
     let grid = field.grid();
-    let posts = |from: f64, to: f64, axis: usize, count: u32| {
+    let posts = |axis: usize, count: u32| {
         let at = |c: f64| (c - grid.origin()[axis]) / grid.spacing()[axis];
-        let end = at(to).floor() + 1.0;
-        at(from).ceil().max(0.0) as u32..end.clamp(0.0, f64::from(count)) as u32
+        let end = at(max[axis]).floor() + 1.0;
+        at(min[axis]).ceil().max(0.0) as u32..end.clamp(0.0, f64::from(count)) as u32
     };
-    for row in posts(min.y, max.y, 1, grid.rows()) {
-        for column in posts(min.x, max.x, 0, grid.columns()) {
+    let (columns, rows) = (posts(0, grid.columns()), posts(1, grid.rows()));
+    let sides = columns.clone().map(|column| grid.x(column));
+    for x in sides.chain([min.x, max.x]) {
+        for y in [min.y, max.y] {
+            let height = field.height_at(x, y, Interpolation::Bilinear);
+            height.into_iter().for_each(&mut look);
+        }
+    }
+    for row in rows {
+        for x in [min.x, max.x] {
+            let height = field.height_at(x, grid.y(row), Interpolation::Bilinear);
+            height.into_iter().for_each(&mut look);
+        }
+        for column in columns.clone() {
             let height = field.height(column, row);
             if !height.is_nan() {
                 look(height.into());
             }
         }
     }
-    match range {
-        None => Footing::NoGround,
-        Some((_, high)) if min.z > high + tolerance_m => Footing::Above(min.z - high),
-        Some((low, _)) if min.z < low - tolerance_m => Footing::Below(low - min.z),
-        Some(_) => Footing::Meets,
-    }
+    range
 }

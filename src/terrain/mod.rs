@@ -34,7 +34,7 @@ pub use criterion::{Criterion, KnobError, Knobs, REST_MPS, Seen};
 pub use cut::{Cut, State};
 pub use fan::Facet;
 pub use field::{FieldError, Grid, HeightField};
-pub use footing::{Footing, footing};
+pub use footing::{Footing, footing, ground_under};
 pub use ground::{Ground, GroundError};
 pub use interpolate::Interpolation;
 pub use layout::{Layout, Posts};

@@ -192,7 +192,11 @@ fn each_tile_of_sibbe_has_its_features() {
     for (name, features) in [("1_1_0.glb", 23), ("2_2_3.glb", 220), ("2_3_2.glb", 171)] {
         let imported = import(&[folder.join(name)], &Options::default(), &|_, _| {}).unwrap();
         assert_eq!(imported.scene.objects.len(), features, "{name}");
-        assert!(imported.warnings.is_empty(), "{:?}", imported.warnings);
+        let told: Vec<&str> = imported.warnings.iter().map(|w| w.what.as_str()).collect();
+        assert!(
+            matches!(told[..], [tilted] if tilted.contains("degrees from level")),
+            "{told:?}"
+        );
         assert!(
             ids(&imported)
                 .iter()

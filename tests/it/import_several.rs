@@ -213,3 +213,104 @@ fn heights_that_no_feature_has_are_told_of_once() {
     assert_eq!(some.len(), 2);
     assert!(some.iter().all(|(is_object, _)| *is_object));
 }
+
+/// Triangles of 10 m around places, one object each.
+fn triangles(places: &[[f64; 3]]) -> String {
+    let triangle = |(at, [x, y, z]): (usize, &[f64; 3])| {
+        let (x10, y10) = (x + 10.0, y + 10.0);
+        format!("o o{at}\nv {x} {y} {z}\nv {x10} {y} {z}\nv {x10} {y10} {z}\nf -3 -2 -1\n")
+    };
+    places.iter().enumerate().map(triangle).collect()
+}
+
+/// Delft, and UTM at 57 degrees north, which is as far from 0 0 0.
+const ON_GLOBE: [f64; 3] = [3_923_500.0, 299_700.0, 5_003_000.0];
+const ON_PLANE: [f64; 3] = [550_000.0, 6_350_000.0, 12.0];
+
+#[test]
+fn earth_centred_files_are_told_of_first_and_once() {
+    let pile = |files: &[&[[f64; 3]]]| {
+        let names = ["a.obj", "b.obj", "c.obj"];
+        let files = names.into_iter().zip(files);
+        files.fold(Pile::new(), |pile, (name, places)| {
+            pile.put(name, &triangles(places))
+        })
+    };
+    let tilted = [
+        "a.obj: ",
+        "EPSG:4978",
+        "z does not point up",
+        "EPSG:32631",
+        "4.37",
+        "52.0",
+    ];
+    assert_told(&pile(&[&[ON_GLOBE]]), &[&tilted]);
+    let three = pile(&[&[ON_GLOBE], &[ON_GLOBE, ON_GLOBE], &[ON_GLOBE]]);
+    // Ids of the three repeat; what is first is told.
+    let told = &three.warnings()[0];
+    assert!(tilted.iter().all(|word| told.contains(word)), "{told}");
+    assert!(told.ends_with("so it is with 2 more files"), "{told}");
+    // One stray object does not make a city earth-centred.
+    assert_told(&pile(&[&[ON_PLANE, ON_PLANE, ON_GLOBE]]), &[]);
+    assert_told(&pile(&[&[ON_GLOBE, ON_PLANE, ON_GLOBE]]), &[&tilted]);
+    assert_told(&pile(&[&[ON_PLANE]]), &[]);
+}
+
+#[test]
+fn a_city_that_does_not_lie_level_is_told_of() {
+    /// Delft's latitude: how far the axis of the globe is from up there.
+    const TILT_DEG: f64 = 38.0;
+    let places: Vec<[f64; 3]> = (0..48)
+        .map(|at| {
+            [
+                f64::from(at % 6) * 30.0,
+                f64::from(at / 6) * 30.0,
+                f64::from(at * 7 % 5),
+            ]
+        })
+        .collect();
+    let turned = |angle: f64| {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let turn = |&[x, y, z]: &[f64; 3]| [x, y * cos - z * sin, y * sin + z * cos];
+        triangles(&places.iter().map(turn).collect::<Vec<_>>())
+    };
+    assert_told(&Pile::new().put("a.obj", &turned(0.0)), &[]);
+    assert_told(&Pile::new().put("a.obj", &turned(12.0)), &[]);
+    let told = [
+        "a.obj: its objects lie in a plane",
+        "degrees from level",
+        "--up",
+    ];
+    assert_told(&Pile::new().put("a.obj", &turned(90.0)), &[&told]);
+    let pile = Pile::new().put("a.obj", &turned(TILT_DEG));
+    assert_told(&pile, &[&told]);
+    assert!(pile.warnings()[0].contains(" 38 degrees"));
+}
+
+/// Tiles keep the axes of the globe, where the axis of the earth is 39 degrees from up.
+#[test]
+fn only_tiles_of_the_globe_are_tilted_of_real_cities() {
+    for (file, tilted) in [
+        ("glb/3dbag-sibbe/content/2_2_3.glb", true),
+        ("glb/tokyo-chiyoda-11581.glb", false),
+        ("obj/tokyo-chiyoda-11581.obj", false),
+        ("geojson/tokyo-minato-28106.geojson.gz", false),
+        ("cityjson/delft.json", false),
+        ("cityjson/zurich_subset_lod2.json", false),
+        ("cityjson/vienna.city.jsonl", false),
+    ] {
+        let Some(path) = crate::written::real(file) else {
+            return;
+        };
+        let imported = crate::written::import_one(&path, &Options::default()).unwrap();
+        let mut told = imported.warnings.iter().map(ToString::to_string);
+        let found = told.find(|warning| warning.contains("degrees from level"));
+        assert_eq!(found.is_some(), tilted, "{file}: {found:?}");
+        if let Some(warning) = found {
+            let (_, told) = warning.split_once("in a plane ").unwrap();
+            let tilt_deg: f64 = told.split(' ').next().unwrap().parse().unwrap();
+            // The land itself is not level either.
+            assert!((tilt_deg - 39.0).abs() < 3.0, "{warning}");
+        }
+    }
+}

@@ -39,6 +39,7 @@ fn assert_holds(tree: &LodTree, scene: &Scene) {
             expected.footprint_area.to_bits()
         );
         assert_eq!(found.triangles, expected.triangles);
+        assert_eq!(found.base_known, expected.base_known);
         assert_eq!(
             found.attributes,
             expected.attributes.as_deref().map(RawValue::get)
@@ -80,13 +81,19 @@ fn every_field_comes_back() {
             object.class = any_text(&mut rng).into();
             object.footprint_area = support::between(&mut rng, 0.0, 1e6);
             object.triangles = rng.random();
+            object.base_known = rng.random_bool(0.7);
             object.attributes = rng.random_bool(0.5).then(|| {
                 let text = serde_json::json!({ any_text(&mut rng): any_text(&mut rng) });
                 serde_json::value::to_raw_value(&text).unwrap()
             });
         }
         scene.canonicalize();
-        assert_holds(&reopened(&scene), &scene);
+        let tree = reopened(&scene);
+        assert_holds(&tree, &scene);
+        let unknown = scene.objects.iter().filter(|o| !o.base_known).count();
+        assert_eq!(tree.base_unknown_count() as usize, unknown);
+        let again = index::build(&tree.scene(), Promotion::Tallest).unwrap();
+        assert_eq!(again.revision(), tree.revision());
     }
 }
 

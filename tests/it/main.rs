@@ -29,6 +29,8 @@ mod experiment_terrain;
 mod import_broken_json;
 /// `CityJSON`: what each fixture and each real city comes to.
 mod import_cityjson;
+/// Classes of objects that are chosen or left out.
+mod import_classes;
 /// `GeoJSON`: the same, and that memory does not follow the file.
 mod import_geojson;
 /// glTF and GLB become the objects, bounds and attributes that the file states.
@@ -85,6 +87,8 @@ mod terrain_import;
 mod terrain_pyramid;
 /// Elevation files: every format against rasterio, and what is said of broken ones.
 mod terrain_read;
+/// Objects whose base is not known, or all, set on the ground that is laid.
+mod terrain_set_down;
 /// Stores of tiles against plain lists.
 mod terrain_store;
 /// Ground in use: declared when it is laid, drawn, refused when it is another's.

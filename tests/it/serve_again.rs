@@ -6,6 +6,7 @@ use citylod::scene::{CityParams, generate};
 use citylod::service::{Config, Scenes, serve};
 use serde_json::Value;
 
+use crate::desk::Desk;
 use crate::served::Served;
 
 fn city(seed: u64) -> LodTree {
@@ -182,4 +183,70 @@ fn a_file_that_is_written_into_while_it_is_served_is_named_in_the_log() {
     // What is mapped now is not kept, although the bytes are the same.
     served.signal("-HUP");
     served.line_with("changed=1");
+}
+
+/// Heights whose bytes are ASCII, as answers are read as text here.
+#[cfg(unix)]
+const LOW_M: u32 = 2;
+#[cfg(unix)]
+const HIGH_M: u32 = 32;
+
+/// Lays level ground of this height under `town.citylod`.
+#[cfg(unix)]
+fn lay(desk: &Desk, height: u32) {
+    let head = "ncols 40 nrows 40 xllcenter -1950 yllcenter -1950 cellsize 100";
+    let heights = format!("{height} ").repeat(40 * 40);
+    desk.write("level.asc", format!("{head}\n{heights}\n").as_bytes());
+    desk.out("import level.asc --into town.citylod");
+}
+
+/// As a client that keeps tiles asks for one.
+#[test]
+#[cfg(unix)]
+fn a_tile_of_the_ground_that_a_client_keeps_is_good_until_the_ground_is_another() {
+    let desk = Desk::new();
+    desk.out("generate --objects 500 -o town.citylod");
+    lay(&desk, LOW_M);
+    let served = Served::start(&[words(&desk.path("town.citylod"))]);
+    let tile = |query: &str, tag: &str| {
+        served.send(&format!(
+            "GET /collections/town/ground/0/0/0{query} HTTP/1.1\r\nhost: x\r\n\
+             if-none-match: {tag}\r\nconnection: close\r\n\r\n"
+        ))
+    };
+    let tag = |answer: &str| {
+        let line = answer.lines().find(|line| line.starts_with("etag: "));
+        line.unwrap()["etag: ".len()..].to_owned()
+    };
+    let status = |answer: &str| answer.split(' ').nth(1).unwrap().to_owned();
+    let reread = |changed: u32| {
+        served.signal("-HUP");
+        let line = served.line_with("scenes were read again");
+        assert!(line.contains(&format!("changed={changed}")), "{line}");
+    };
+    let first = tile("", "\"none\"");
+    assert_eq!(status(&first), "200");
+    let (old_tag, old_revision) = (tag(&first), revision(&served));
+    assert_eq!(status(&tile("", &old_tag)), "304");
+    // Laid again as it was.
+    lay(&desk, LOW_M);
+    reread(0);
+    assert_eq!(status(&tile("", &old_tag)), "304");
+    lay(&desk, HIGH_M);
+    assert_eq!(status(&tile("", &old_tag)), "304", "not by itself");
+    reread(1);
+    let second = tile("", &old_tag);
+    assert_eq!(status(&second), "200");
+    assert_ne!(tag(&second), old_tag);
+    assert_eq!(status(&tile("", &tag(&second))), "304");
+    // An address that names the old revision is not answered with the new ground.
+    let stale = tile(&format!("?revision={old_revision}"), &old_tag);
+    assert_eq!(status(&stale), "409", "{stale}");
+    assert_eq!(
+        status(&tile(
+            &format!("?revision={}", revision(&served)),
+            "\"none\""
+        )),
+        "200"
+    );
 }

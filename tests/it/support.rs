@@ -15,6 +15,7 @@ pub fn object(id: impl Into<String>, min: DVec3, size: DVec3) -> SceneObject {
         bounds: Aabb::new(min, min + size).unwrap(),
         footprint_area: size.x * size.y,
         triangles: 12,
+        base_known: true,
         attributes: None,
     }
 }

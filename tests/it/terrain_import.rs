@@ -45,7 +45,7 @@ fn ground_lies_beside_its_city_and_is_told_of() {
         "hovers: its base is 15.1 m above the ground",
         "buried: its base is 15.5 m below the ground",
         "of 4 objects, 1 stand more than 2 m above the ground under them and 1 more than that below",
-        "1 have no ground under them; the ground reaches from -45 -45 to 65 45",
+        "1 have no ground under them and stay where they are; the ground reaches from -45 -45 to 65 45",
         "city.terrain: 12 x 10 posts 10 x 10 m apart, 0 to 11 m high",
     ] {
         assert!(run.err.contains(words), "{words:?} is not in {}", run.err);
@@ -174,6 +174,27 @@ fn ground_that_cannot_be_is_refused_and_the_old_kept() {
     let run = desk.run("info city.citylod --check");
     assert_eq!(run.code, Some(1));
     assert!(run.err.contains("section tiles"), "{}", run.err);
+}
+
+/// Whatever is said of their system: degrees are no metres.
+#[test]
+fn degrees_that_are_said_to_be_metres_are_refused_with_the_way_out() {
+    let desk = Desk::new();
+    city(&desk);
+    let degrees = slope()
+        .replace("-45", "11.5")
+        .replace("cellsize 10", "cellsize 0.0008");
+    desk.write("d.asc", degrees.as_bytes());
+    desk.refuses(
+        "import d.asc --into city.citylod --crs EPSG:25832",
+        1,
+        &[
+            "d.asc: has coordinates that are degrees or look like it (11.5000 11.5000 to 11.5088 11.5072)",
+            "EPSG:25832, which is in metres",
+            "EPSG:4326",
+        ],
+    );
+    assert!(!desk.path("city.terrain").exists());
 }
 
 /// A file of a few kilobytes that declares hundreds of megabytes, or unpacks to them, is refused

@@ -163,7 +163,7 @@ fn files_that_cannot_be_used_are_named_with_the_way_out() {
         ),
         (
             "import city.citylod -o a.citylod",
-            ["city.citylod", "expected .gltf"],
+            ["city.citylod: is a city already", "citylod info"],
         ),
         (
             "generate --objects 9 -o no/a.glb",
@@ -209,6 +209,45 @@ fn files_that_cannot_be_used_are_named_with_the_way_out() {
         &format!("{picture} dir.png"),
         1,
         &["dir.png: cannot write", "name a file"],
+    );
+}
+
+#[test]
+fn what_goes_elsewhere_is_told_where() {
+    let desk = Desk::new();
+    city(&desk);
+    desk.write("a.asc", b"ncols 2");
+    desk.refuses(
+        "import a.asc -o a.citylod",
+        1,
+        &["a.asc", "elevation", "--into"],
+    );
+    desk.refuses(
+        "import a.obj --into city.citylod",
+        1,
+        &["a.obj", "elevation", "-o"],
+    );
+    desk.refuses(
+        "experiment scaling --city city.citylod",
+        2,
+        &["--city", "scaling", "far-dist, views, accuracy, culling"],
+    );
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port();
+    desk.refuses(
+        &format!("serve city.citylod --listen {port}"),
+        1,
+        &[
+            &format!("127.0.0.1:{port}"),
+            "another program",
+            "--listen 0",
+        ],
+    );
+    // TEST-NET-1 of RFC 5737, which no machine has.
+    desk.refuses(
+        "serve city.citylod --listen 192.0.2.1:8080",
+        1,
+        &["192.0.2.1:8080", "no address of this machine"],
     );
 }
 
@@ -326,16 +365,17 @@ fn effects_that_are_not_declared_may_be_switched_off_and_not_asked_for() {
     );
 }
 
-/// Runs what `info` says to try.
-fn tried(desk: &Desk, name: &str) -> usize {
+/// What `info` says to try.
+fn suggested(desk: &Desk, name: &str) -> String {
     let info = desk.out(&format!("info {name}"));
-    let line = info
-        .lines()
-        .find_map(|line| line.strip_prefix("try "))
-        .unwrap();
-    desk.out(line.trim().strip_prefix("citylod ").unwrap())
-        .lines()
-        .count()
+    let line = info.lines().find_map(|line| line.strip_prefix("try "));
+    let words = line.unwrap().trim().strip_prefix("citylod ");
+    words.unwrap().to_owned()
+}
+
+/// How many objects that shows.
+fn tried(desk: &Desk, name: &str) -> usize {
+    desk.out(&suggested(desk, name)).lines().count()
 }
 
 #[test]
@@ -362,6 +402,80 @@ fn the_query_that_info_suggests_shows_a_good_part_of_the_city() {
     assert_eq!(tried(&desk, "one.citylod"), 1);
     desk.out("generate --objects 0 -o none.citylod");
     assert!(!desk.out("info none.citylod").contains("try"));
+}
+
+/// Houses of so many metres about these places, as OBJ.
+fn houses(places: impl Iterator<Item = [f64; 2]>, side: f64) -> String {
+    let house = |(at, [x, y]): (usize, [f64; 2])| {
+        let [far_x, far_y] = [x + side, y + side];
+        let corners = format!("v {x} {y} 0\nv {far_x} {y} 0\nv {far_x} {far_y} {side}\n");
+        format!("o o{at}\n{corners}f -3 -2 -1\n")
+    };
+    places.enumerate().map(house).collect()
+}
+
+#[test]
+fn the_query_that_info_suggests_shows_something_of_tiny_and_sparse_cities() {
+    let desk = Desk::new();
+    let grid = |side: u32, apart: f64| {
+        let at = (0..side * side).map(move |n| [n % side, n / side]);
+        at.map(move |at| at.map(|n| f64::from(n) * apart))
+    };
+    let towns = |count: usize| {
+        let towns = [[0.0, 0.0], [50e3, 100e3], [100e3, 50e3]]
+            .into_iter()
+            .cycle();
+        let spread = grid(100, 20.0).zip(towns).take(count);
+        spread.map(|([x, y], town)| [town[0] + x, town[1] + y])
+    };
+    let models = [
+        (
+            "a single cube of a decimetre",
+            houses(grid(1, 1.0), 0.1),
+            1,
+            1,
+        ),
+        ("a table of models", houses(grid(5, 0.2), 0.1), 25, 25),
+        ("a farm here and there", houses(grid(4, 30e3), 10.0), 16, 16),
+        (
+            "a house a hundred kilometres",
+            houses(grid(7, 100e3), 10.0),
+            49,
+            49,
+        ),
+        (
+            "many, a kilometre apart",
+            houses(grid(60, 1e3), 10.0),
+            500,
+            2_000,
+        ),
+        (
+            "many, a hundred kilometres apart",
+            houses(grid(60, 100e3), 10.0),
+            500,
+            2_000,
+        ),
+        ("three towns of 500", houses(towns(1_500), 10.0), 500, 1_500),
+        (
+            "three towns of 2,000",
+            houses(towns(6_000), 10.0),
+            500,
+            2_000,
+        ),
+    ];
+    for (what, model, least, most) in models {
+        desk.write("model.obj", model.as_bytes());
+        desk.out("import model.obj -o model.citylod");
+        let count = tried(&desk, "model.citylod");
+        assert!((least..=most).contains(&count), "{what}: {count}");
+    }
+    // Small ones are seen from near by.
+    for (side, apart) in [(1, 1.0), (5, 0.2)] {
+        desk.write("model.obj", houses(grid(side, apart), 0.1).as_bytes());
+        desk.out("import model.obj -o model.citylod");
+        let large = format!("{} --max-error-px 50", suggested(&desk, "model.citylod"));
+        assert_eq!(desk.out(&large).lines().count() as u32, side * side);
+    }
 }
 
 #[test]

@@ -289,7 +289,7 @@ pub(super) fn cities(paths: &[std::path::PathBuf]) -> Result<Vec<City>, ReportEr
     }
     let city = |path: &std::path::PathBuf| {
         let tree = city::from_file(path)?;
-        City::new(city::name(path), &city::scene_of(&tree))
+        City::new(city::name(path), &tree.scene())
     };
     paths.iter().map(city).collect()
 }

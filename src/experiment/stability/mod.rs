@@ -38,6 +38,7 @@ fn city_turned(boxes: &[Aabb], first: usize) -> Result<LodTree, ReportError> {
         bounds: *b,
         footprint_area: b.size().x * b.size().y,
         triangles: 12,
+        base_known: true,
         attributes: None,
     };
     let mut objects: Vec<SceneObject> = boxes.iter().enumerate().map(object).collect();

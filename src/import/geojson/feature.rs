@@ -198,7 +198,10 @@ impl<'a, 'c> Features<'a, 'c> {
             return Ok(());
         }
         self.system.settle(&self.rings.positions, self.collector)?;
-        let (ground, highest) = self.heights_of_positions();
+        let (ground, highest) = self.heights_of_positions().unwrap_or_else(|| {
+            self.shape.base_is_unknown();
+            (0.0, 0.0)
+        });
         let height = properties.height(self.options.height.as_deref());
         self.has_height |= height != Height::Missing;
         let extruded = matches!(height, Height::Metres(m) if m > 0.0);
@@ -234,15 +237,15 @@ impl<'a, 'c> Features<'a, 'c> {
         Ok(())
     }
 
-    /// Lowest and highest z; 0 where no position has one.
-    fn heights_of_positions(&self) -> (f64, f64) {
+    /// Lowest and highest z; `None` where no position has one.
+    fn heights_of_positions(&self) -> Option<(f64, f64)> {
         let heights = self.rings.positions.iter().map(|p| p[2]);
         let (low, high) = heights
             .filter(|z| z.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| {
                 (low.min(z), high.max(z))
             });
-        if low <= high { (low, high) } else { (0.0, 0.0) }
+        (low <= high).then_some((low, high))
     }
 
     fn note_faults(&mut self) {

@@ -7,9 +7,10 @@
 //! - Longitude and latitude are projected to one zone of UTM: that of the files before, else that
 //!   of the first position. A file whose `crs` names a projected system, or whose first position
 //!   cannot be degrees, is taken to hold metres.
-//! - A footprint stands on its lowest z, else on 0, and rises by its height: the property the
-//!   caller names, else `height`, `measuredHeight`, `building:height`, `h`, else 3 m for each of
-//!   `building:levels`. Without any of these it is kept flat, with a warning.
+//! - A footprint stands on its lowest z, else on 0 with its base marked as not known, and rises by
+//!   its height: the property the caller names, else `height`, `measuredHeight`,
+//!   `building:height`, `h`, else 3 m for each of `building:levels`. Without any of these it is
+//!   kept flat, with a warning.
 //! - Object id: the feature's `id`, else the property `id`, `gml_id`, `gml:id`, `@id`, `fid` or
 //!   `OBJECTID`, else `feature-N`, N counted from 0. Class: the property `class` or `type`, else
 //!   `Building`. All properties are kept as attributes.
@@ -28,6 +29,7 @@ use super::json::{Next, Splitter, pointer, reason};
 use super::source::Source;
 use super::{ImportError, Options, Place, crs};
 use feature::{Features, Rejected};
+pub(super) use utm::Zone;
 
 /// No feature of a city is larger; one that is would take all memory.
 const LARGEST_FEATURE_BYTES: usize = 256 << 20;

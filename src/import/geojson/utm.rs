@@ -27,14 +27,14 @@ struct Cell {
 
 /// Numbers of the system `EPSG:326zz` (north) or `EPSG:327zz` (south).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Zone {
+pub(in crate::import) struct Zone {
     number: u8,
     south: bool,
 }
 
 impl Zone {
     /// The zone of a position; the exceptions around Norway and Svalbard are not made.
-    pub(super) fn of(longitude: f64, latitude: f64) -> Self {
+    pub(in crate::import) fn of(longitude: f64, latitude: f64) -> Self {
         Self {
             number: ((longitude + 180.0) / 6.0).floor().clamp(0.0, 59.0) as u8 + 1,
             south: latitude < 0.0,
@@ -51,7 +51,7 @@ impl Zone {
         })
     }
 
-    pub(super) fn crs(self) -> String {
+    pub(in crate::import) fn crs(self) -> String {
         let family = if self.south { 327 } else { 326 };
         format!("EPSG:{family}{:02}", self.number)
     }

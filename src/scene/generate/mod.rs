@@ -97,6 +97,7 @@ pub fn generate(params: &CityParams) -> Scene {
                 bounds: item.bounds,
                 footprint_area: size.x * size.y,
                 triangles: 12,
+                base_known: true,
                 attributes: None,
             }
         }));

@@ -8,10 +8,11 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::super::json::{Whole, given, keyword, token};
+use super::super::json::{Whole, given, keyword};
 use super::super::problem::{Kind, Problem};
 use super::query::Parameter;
 use super::resolve::Naming;
+use super::undeclared::undeclared;
 use crate::frame::Active;
 use crate::scene::{self, Criterion};
 
@@ -152,14 +153,13 @@ impl Effects {
     /// 422 for one that it does not declare, and for settings that cannot be.
     pub fn active(&self, declared: &scene::Effects, naming: Naming) -> Result<Active, Problem> {
         if let Some(name) = &self.unknown {
-            return Err(undeclared(name, name, naming));
+            return Err(undeclared(name, name, declared, naming));
         }
+        let refused = |name, parameter| undeclared(name, parameter, declared, naming);
         Ok(Active {
             motion: self.motion.of(
                 declared.motion,
-                "motion",
-                naming,
-                |_| "speed_mps",
+                |_| refused("motion", "speed_mps"),
                 |on, said| {
                     let speed = said.speed_mps;
                     if speed >= 0.0 && speed.is_finite() {
@@ -171,19 +171,15 @@ impl Effects {
             )?,
             haze: self
                 .haze
-                .of(declared.haze, "haze", naming, |_| "haze", |on, _| Ok(on))?,
+                .of(declared.haze, |_| refused("haze", "haze"), |on, _| Ok(on))?,
             occlusion: self.occlusion.of(
                 declared.occlusion,
-                "occlusion",
-                naming,
-                Occlusion::parameter,
+                |said| refused("occlusion", said.parameter()),
                 |on, said| said.over(on, naming),
             )?,
             terrain: self.terrain.of(
                 declared.terrain,
-                "terrain",
-                naming,
-                Terrain::parameter,
+                |said| refused("terrain", said.parameter()),
                 |on, said| said.over(on, naming),
             )?,
             ..Active::default()
@@ -230,14 +226,12 @@ impl<T: Copy + Default> Asked<T> {
     fn of<D, A>(
         &self,
         declared: Option<D>,
-        name: &str,
-        naming: Naming,
-        parameter: impl FnOnce(&T) -> &'static str,
+        refused: impl FnOnce(&T) -> Problem,
         settled: impl FnOnce(D, T) -> Result<A, Problem>,
     ) -> Result<Option<A>, Problem> {
         match (self, declared) {
             (Self::Off, _) | (Self::Unsaid, None) => Ok(None),
-            (Self::On(said), None) => Err(undeclared(name, parameter(said), naming)),
+            (Self::On(said), None) => Err(refused(said)),
             (Self::Unsaid, Some(declared)) => settled(declared, T::default()).map(Some),
             (Self::On(said), Some(declared)) => settled(declared, *said).map(Some),
         }
@@ -321,15 +315,6 @@ impl Terrain {
             return refused("terrain/max_triangles", detail);
         }
         Ok(terrain)
-    }
-}
-
-/// The refusal of an effect, asked for in a query by `parameter`.
-fn undeclared(name: &str, parameter: &str, naming: Naming) -> Problem {
-    let detail = format!("the scene does not declare the effect {name:?}");
-    match naming {
-        Naming::Pointer => naming.problem("effects", &token(name), detail),
-        Naming::Parameter => naming.problem("effects", parameter, detail),
     }
 }
 

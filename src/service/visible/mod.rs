@@ -7,6 +7,7 @@ mod query;
 pub mod request;
 mod resolve;
 mod tail;
+mod undeclared;
 
 use std::cell::RefCell;
 use std::sync::Arc;

@@ -11,6 +11,45 @@ use super::request::{
     Request,
 };
 
+/// All parameters there are, in the order of the description of the service.
+const PARAMETERS: [&str; 35] = [
+    "eye",
+    "target",
+    "up",
+    "quaternion",
+    "fov_y_deg",
+    "orthographic_height_m",
+    "off_axis",
+    "view_projection",
+    "viewport",
+    "near",
+    "far",
+    "mode",
+    "far_dist_m",
+    "dist_factor",
+    "levels",
+    "beyond",
+    "culling",
+    "max_error_px",
+    "max_objects",
+    "speed_mps",
+    "width_px",
+    "min_pixels",
+    "visible_pixels",
+    "criterion",
+    "ground_error_px",
+    "max_triangles",
+    "patches",
+    "without",
+    "target_ms",
+    "frame_ms",
+    "frame_far_dist_m",
+    "min_far_dist_m",
+    "max_far_dist_m",
+    "state",
+    "form",
+];
+
 /// Reads the query of a URL.
 ///
 /// # Errors
@@ -50,7 +89,7 @@ pub fn read(query: &str) -> Result<Request, Problem> {
             "form" => output.form = parameter.word(&Form::NAMES, &Form::VALUES)?,
             _ if feedback::take(&mut feedback, &parameter)? => {}
             _ if effects.take(&parameter)? => {}
-            _ => return Err(unknown(&name)),
+            _ => return Err(unknown(&name, &PARAMETERS)),
         }
         if seen.contains(&name) {
             return Err(parameter.problem("is given twice"));
@@ -74,9 +113,37 @@ pub fn read(query: &str) -> Result<Request, Problem> {
     })
 }
 
-/// The refusal of a parameter that there is not.
-pub fn unknown(name: &str) -> Problem {
-    Problem::new(Kind::InvalidRequest, "there is no such parameter").at(name)
+/// The refusal of a parameter that is none of the `known` ones, with those that are called alike,
+/// or else all of them.
+pub fn unknown(name: &str, known: &[&str]) -> Problem {
+    let alike = alike(name, known);
+    let detail = if alike.is_empty() {
+        format!("there is no such parameter, only {}", known.join(", "))
+    } else {
+        let meant = alike.join(" or ");
+        format!("there is no such parameter; did you mean {meant}?")
+    };
+    Problem::new(Kind::InvalidRequest, detail).at(name)
+}
+
+/// Those that begin with a name, else those that have it in them or are in it.
+fn alike<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
+    /// Shorter ones are in many names by chance.
+    const SHORTEST: usize = 3;
+    let plain = |name: &str| name.to_lowercase().replace(['_', '-'], "");
+    let given = plain(name);
+    let those = |holds: &dyn Fn(&str) -> bool| -> Vec<&'a str> {
+        let known = known.iter().copied();
+        known.filter(|known| holds(&plain(known))).collect()
+    };
+    if given.len() < SHORTEST {
+        return Vec::new();
+    }
+    let begin = those(&|known| known.starts_with(&given));
+    if !begin.is_empty() {
+        return begin;
+    }
+    those(&|known| known.contains(&given) || known.len() >= SHORTEST && given.contains(known))
 }
 
 /// One parameter as it was given.

@@ -43,7 +43,7 @@ pub enum ReadError {
     },
     /// The name is of no known format.
     #[error(
-        "{}: not an elevation format known here; expected .tif, .tiff, .asc, .hgt or .png",
+        "{}: not an elevation format known here; expected .tif, .tiff, .asc, .hgt or .png; cities are imported with -o instead of --into",
         path.display()
     )]
     UnknownFormat {
@@ -110,6 +110,21 @@ pub enum ReadError {
         wanted: String,
         /// What to call the plane of that system elsewhere.
         target: String,
+    },
+    /// The raster is said to lie on a plane, but has degrees.
+    #[error(
+        "{}: has coordinates that are degrees or look like it ({:.4} {:.4} to {:.4} {:.4}), but is said to lie in {crs}, which is in metres; leave the system out, as degrees of WGS 84 are brought into the city's system anyway, or name that of the degrees, such as EPSG:4326",
+        path.display(), from[0], from[1], to[0], to[1]
+    )]
+    Degrees {
+        /// The file.
+        path: PathBuf,
+        /// Its south-west post.
+        from: [f64; 2],
+        /// Its north-east post.
+        to: [f64; 2],
+        /// The system that the caller named.
+        crs: String,
     },
     /// The raster is far away from where the system that it is asked for is good.
     #[error(

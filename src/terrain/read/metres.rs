@@ -95,7 +95,7 @@ impl Raster {
 }
 
 /// South-west and north-east post.
-fn reach(field: &HeightField) -> [[f64; 2]; 2] {
+pub(super) fn reach(field: &HeightField) -> [[f64; 2]; 2] {
     let grid = field.grid();
     let (last_column, last_row) = (grid.columns() - 1, grid.rows() - 1);
     [

@@ -18,6 +18,9 @@ mod system;
 
 use std::path::Path;
 
+use metres::reach;
+use system::System;
+
 pub use error::{Place, ReadError};
 pub use png::Encoding;
 pub use raster::{Raster, Units};
@@ -39,7 +42,7 @@ pub struct Options {
 /// [`ReadError`], naming the file and the place in it.
 pub fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
+    let raster = match extension.as_deref() {
         Some("tif" | "tiff") => geotiff::read(path, options),
         Some("asc") => ascii::read(path, options),
         Some("hgt") => hgt::read(path, options),
@@ -47,5 +50,17 @@ pub fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> {
         _ => Err(ReadError::UnknownFormat {
             path: path.to_owned(),
         }),
+    }?;
+    match &options.crs {
+        Some(crs) if raster.units == Units::Degrees && System::named(crs).is_some() => {
+            let [from, to] = reach(&raster.field);
+            Err(ReadError::Degrees {
+                path: path.to_owned(),
+                from,
+                to,
+                crs: crs.clone(),
+            })
+        }
+        _ => Ok(raster),
     }
 }

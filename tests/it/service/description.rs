@@ -53,6 +53,53 @@ fn the_description_is_served_as_it_is() {
 }
 
 #[test]
+fn a_parameter_that_there_is_not_is_refused_with_those_there_are() {
+    let description = description();
+    let visible = &description["paths"]["/collections/{scene}/visible"]["get"];
+    let described = visible["parameters"].as_array().unwrap().iter();
+    let names: Vec<&str> = described
+        .map(|parameter| match parameter["$ref"].as_str() {
+            Some(place) => description.pointer(&place[1..]).unwrap(),
+            None => parameter,
+        })
+        .filter(|parameter| parameter["in"] == "query")
+        .map(|parameter| parameter["name"].as_str().unwrap())
+        .collect();
+    let service = Running::new();
+    let detail = |query: &str| {
+        let reply = service.get(&format!("/collections/demo/visible?{query}"));
+        assert_eq!(reply.status, 400, "{query}");
+        reply.json()["detail"].as_str().unwrap().to_owned()
+    };
+    let all = detail("eye=0,0,0&target=0,1,0&xyz=1");
+    let all = all
+        .strip_prefix("there is no such parameter, only ")
+        .unwrap();
+    assert_eq!(all.split(", ").collect::<Vec<_>>(), names);
+    for name in names {
+        let twice = detail(&format!("{name}=&{name}="));
+        assert!(!twice.contains("no such parameter"), "{name}: {twice}");
+    }
+    for (typed, meant) in [
+        ("far_dist", "far_dist_m?"),
+        ("error_px", "max_error_px or ground_error_px?"),
+        ("maxObjects", "max_objects?"),
+        ("targets", "target?"),
+        ("fov", "fov_y_deg?"),
+    ] {
+        let told = detail(&format!("{typed}=1"));
+        assert!(told.ends_with(&format!("did you mean {meant}")), "{told}");
+    }
+    let of_span = service.get("/collections/demo/items?from=3").json();
+    assert!(
+        of_span["detail"]
+            .as_str()
+            .unwrap()
+            .ends_with("only start, end, revision")
+    );
+}
+
+#[test]
 fn every_reference_in_the_description_leads_somewhere() {
     fn walk<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
         match value {

@@ -277,6 +277,28 @@ fn what_is_not_declared_is_refused_by_the_parameter() {
         let detail = problem["detail"].as_str().unwrap();
         assert!(detail.contains("does not declare"), "{query}: {detail}");
     }
+    // Two declare nothing and something; one asks for what nobody declares.
+    for (scene, effects, told) in [
+        (
+            "clear",
+            json!({"haze": true}),
+            "\"haze\", nor any other; leave haze out, or declare it with --effects",
+        ),
+        (
+            "weather",
+            json!({"terrain": true}),
+            "\"terrain\", only motion, haze, occlusion; leave terrain out, or lay its ground",
+        ),
+        (
+            "weather",
+            json!({"rain": true}),
+            "there is no such effect, only motion, haze, occlusion, terrain",
+        ),
+    ] {
+        let problem = ask(&service, scene, &effects).json();
+        let detail = problem["detail"].as_str().unwrap();
+        assert!(detail.contains(told), "{detail}");
+    }
     let same = service.get(&format!("/collections/clear/{QUERY}&without=haze"));
     assert_eq!(same.status, 200);
 }

@@ -243,6 +243,7 @@ fn odd() -> LodTree {
             bounds: Aabb::new(min, min + DVec3::new(10.0, 10.0, 5.0)).unwrap(),
             footprint_area: 100.0,
             triangles: 12,
+            base_known: true,
             attributes: (at == 0)
                 .then(|| RawValue::from_string(r#"{"height":333,"名":"塔"}"#.into()).unwrap()),
         }

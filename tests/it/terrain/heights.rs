@@ -1,5 +1,5 @@
-use citylod::geom::DVec2;
-use citylod::terrain::{Ground, HeightField, Interpolation, Layout};
+use citylod::geom::{Aabb, DVec2, DVec3};
+use citylod::terrain::{Ground, HeightField, Interpolation, Layout, ground_under};
 use rand::RngExt;
 
 use super::places::{between, field, made_up, rng};
@@ -129,4 +129,65 @@ fn rays_meet_the_ground_at_the_heights_of_the_field() {
             }
         }
     }
+}
+
+/// What is bilinear is lowest and highest where sides of the box and of cells meet: nothing that is
+/// looked up in between lies beyond.
+#[test]
+fn the_range_of_ground_under_a_box_is_that_of_all_its_points() {
+    /// Heights of points in between round, m.
+    const TOLERANCE_M: f64 = 1e-6;
+    let mut rng = rng(23);
+    for _ in 0..300 {
+        let field = made_up(&mut rng);
+        let grid = field.grid();
+        let far = DVec2::new(grid.x(grid.columns() - 1), grid.y(grid.rows() - 1));
+        let size = far - grid.origin();
+        let mut along = |axis: usize| {
+            let mut ends =
+                [0, 1].map(|_| grid.origin()[axis] + between(&mut rng, -0.1, 1.1) * size[axis]);
+            ends.sort_by(f64::total_cmp);
+            ends
+        };
+        let ([west, east], [south, north]) = (along(0), along(1));
+        let bounds = Aabb::new(DVec3::new(west, south, 0.0), DVec3::new(east, north, 9.0)).unwrap();
+        let range = ground_under(&field, &bounds);
+        let mut sampled: Option<[f64; 2]> = None;
+        for step in 0..40 * 40 {
+            let part = |at: i32, from: f64, to: f64| from + (to - from) * f64::from(at) / 39.0;
+            let (x, y) = (part(step % 40, west, east), part(step / 40, south, north));
+            if let Some(height) = field.height_at(x, y, Interpolation::Bilinear) {
+                let [low, high] = sampled.unwrap_or([height; 2]);
+                sampled = Some([low.min(height), high.max(height)]);
+            }
+        }
+        match (range, sampled) {
+            (Some([low, high]), Some([least, most])) => {
+                assert!(low <= least + TOLERANCE_M && most - TOLERANCE_M <= high);
+            }
+            (None, Some(_)) => panic!("ground at a point, none under the box"),
+            (_, None) => {}
+        }
+    }
+}
+
+/// A saddle has its extremes under corners; a ridge between posts of a narrow box under its sides.
+#[test]
+fn ground_under_a_box_is_exact() {
+    let field = field([3, 3], DVec2::ZERO, DVec2::splat(10.0), |column, row| {
+        if column == 1 { 40.0 } else { row as f32 }
+    });
+    let under = |west: f64, south: f64, east: f64, north: f64| {
+        let (min, max) = (DVec3::new(west, south, 5.0), DVec3::new(east, north, 6.0));
+        let range = ground_under(&field, &Aabb::new(min, max).unwrap());
+        // To the micrometre, as heights between posts round.
+        range.map(|range| range.map(|height| (height * 1e6).round() / 1e6))
+    };
+    // No post lies in it, and its corners are all as high as each other.
+    assert_eq!(under(5.0, 4.0, 15.0, 4.0), Some([20.2, 40.0]));
+    assert_eq!(under(0.0, 0.0, 20.0, 20.0), Some([0.0, 40.0]));
+    assert_eq!(under(2.5, 5.0, 2.5, 5.0), Some([10.375, 10.375]));
+    assert_eq!(under(-9.0, 3.0, 0.0, 5.0), Some([0.3, 0.5]));
+    assert_eq!(under(-9.0, 3.0, -1.0, 5.0), None);
+    assert_eq!(ground_under(&field, &Aabb::EMPTY), None);
 }

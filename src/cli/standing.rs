@@ -1,0 +1,135 @@
+//! How the objects of a city stand on ground, and setting them on it.
+
+use anyhow::Result;
+
+use super::text;
+use crate::geom::{Aabb, DVec3};
+use crate::index::{self, LodTree};
+use crate::terrain::{Footing, HeightField, footing, ground_under};
+
+/// Up to this far above the highest or below the lowest ground under it, an object stands on it:
+/// what elevation of 10 to 30 m posts leaves open.
+const TOLERANCE_M: f64 = 2.0;
+
+/// Sets the objects whose base is not known, or `all`, on the lowest ground under their boxes.
+/// How many have ground under them, and the city where that moved any of them. Heights and ids
+/// stay; where there is no ground, objects stay where they are.
+pub(super) fn set_down(
+    tree: &LodTree,
+    field: &HeightField,
+    all: bool,
+) -> Result<(u64, Option<LodTree>)> {
+    let (mut set, mut moved) = (0, false);
+    if !all && tree.base_unknown_count() == 0 {
+        return Ok((set, None));
+    }
+    let mut scene = tree.scene();
+    let to_set = scene.objects.iter_mut().filter(|o| all || !o.base_known);
+    for object in to_set {
+        let Some([low, _]) = ground_under(field, &object.bounds) else {
+            continue;
+        };
+        set += 1;
+        if object.bounds.min().z != low {
+            object.bounds = standing_at(&object.bounds, low)?;
+            moved = true;
+        }
+    }
+    let city = moved.then(|| index::build(&scene, tree.promotion()));
+    Ok((set, city.transpose()?))
+}
+
+/// The box with its base at this height.
+fn standing_at(bounds: &Aabb, base: f64) -> Result<Aabb> {
+    let (min, max) = (bounds.min(), bounds.max());
+    let rise = DVec3::new(max.x, max.y, base + (max.z - min.z));
+    Ok(Aabb::new(min.with_z(base), rise)?)
+}
+
+/// How the objects of a city stand on ground.
+#[derive(Debug, Default)]
+pub(super) struct Standing {
+    /// Of those whose base does not meet it, the first ones.
+    named: Vec<String>,
+    above: u64,
+    below: u64,
+    pub(super) without: u64,
+}
+
+impl Standing {
+    pub(super) fn of(tree: &LodTree, field: &HeightField, most: usize) -> Self {
+        let mut standing = Self::default();
+        for object in (0..tree.object_count()).filter_map(|number| tree.object(number)) {
+            let gap = match footing(field, &object.bounds, TOLERANCE_M) {
+                Footing::Meets => continue,
+                Footing::NoGround => {
+                    standing.without += 1;
+                    continue;
+                }
+                Footing::Above(gap) => {
+                    standing.above += 1;
+                    format!("{} m above", text::metres(gap))
+                }
+                Footing::Below(gap) => {
+                    standing.below += 1;
+                    format!("{} m below", text::metres(gap))
+                }
+            };
+            if standing.named.len() < most {
+                standing.named.push(format!(
+                    "warning: {}: its base is {gap} the ground under it",
+                    object.id
+                ));
+            }
+        }
+        standing
+    }
+
+    /// A warning for each that is named, and what they come to.
+    pub(super) fn lines(self, tree: &LodTree, field: &HeightField) -> Vec<String> {
+        let Self {
+            named: mut lines,
+            above,
+            below,
+            without,
+        } = self;
+        let hidden = above + below - lines.len() as u64;
+        if hidden > 0 {
+            let all = above + below;
+            let more = text::counted(hidden, "more object");
+            lines.push(format!("and {more}; see them with --warnings {all}"));
+        }
+        let of = text::counted(tree.object_count().into(), "object");
+        if above + below > 0 {
+            lines.push(format!(
+                "warning: of {of}, {} stand more than {TOLERANCE_M} m above the ground under them and {} more than that below; ground and city may count heights from different levels, and --drape sets every object on the ground",
+                text::grouped(above),
+                text::grouped(below)
+            ));
+        }
+        if without > 0 {
+            lines.push(format!(
+                "warning: of {of}, {} have no ground under them and stay where they are; the ground reaches from {} to {}",
+                text::grouped(without),
+                corner(field, false),
+                corner(field, true)
+            ));
+        }
+        lines
+    }
+}
+
+/// The south-west or north-east post.
+pub(super) fn corner(field: &HeightField, far: bool) -> String {
+    let grid = field.grid();
+    let (column, row) = if far {
+        (grid.columns() - 1, grid.rows() - 1)
+    } else {
+        (0, 0)
+    };
+    format!(
+        "{} {}",
+        text::metres(grid.x(column)),
+        text::metres(grid.y(row))
+    )
+}

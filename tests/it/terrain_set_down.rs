@@ -1,0 +1,202 @@
+use std::fmt::Write as _;
+
+use citylod::index::LodTree;
+
+use crate::desk::Desk;
+
+/// Farthest that a height may be off after it was moved up and down, m.
+const HEIGHT_TOLERANCE_M: f64 = 1e-9;
+
+/// A footprint 8 m × 8 m from (x, 5) on, with `z` behind each position.
+fn footprint(name: &str, x: f64, z: &str) -> String {
+    let corners = [
+        (x, 5.0),
+        (x + 8.0, 5.0),
+        (x + 8.0, 13.0),
+        (x, 13.0),
+        (x, 5.0),
+    ];
+    let corners: Vec<String> = corners
+        .iter()
+        .map(|(x, y)| format!("[{x},{y}{z}]"))
+        .collect();
+    format!(
+        r#"{{"type":"Feature","id":"{name}","properties":{{"height":12.3,"class":"House"}},"geometry":{{"type":"Polygon","coordinates":[[{}]]}}}}"#,
+        corners.join(",")
+    )
+}
+
+/// Posts 10 m apart from (1000, 0) on: the height falls by 3 m a column from `top` on, and rises by
+/// 0.5 m a row.
+fn slope(top: f64) -> String {
+    let mut text = "ncols 12 nrows 4 xllcenter 1000 yllcenter 0 cellsize 10\n".to_owned();
+    for row in (0..4).rev() {
+        for column in 0..12 {
+            let _ = write!(
+                text,
+                "{} ",
+                top - 3.0 * f64::from(column) + 0.5 * f64::from(row)
+            );
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// The same on any point of its area: bilinear, as it is a plane.
+fn height(top: f64, x: f64, y: f64) -> f64 {
+    top - 3.0 * (x - 1000.0) / 10.0 + 0.5 * y / 10.0
+}
+
+/// A desk with a city of two houses without a base, one beyond the elevation, and one with a base.
+fn desk() -> Desk {
+    let desk = Desk::new();
+    let features = [
+        footprint("a", 1003.0, ""),
+        footprint("b", 1047.0, ""),
+        footprint("beyond", 2000.0, ""),
+        footprint("known", 1080.0, ",700"),
+    ];
+    desk.write("city.geojsonl", features.join("\n").as_bytes());
+    desk.out("import city.geojsonl -o city.citylod");
+    for (name, top) in [("high.asc", 1600.0), ("low.asc", 40.0)] {
+        desk.write(name, slope(top).as_bytes());
+    }
+    desk
+}
+
+/// Base and height of each object, by id.
+fn stands(desk: &Desk) -> Vec<(String, f64, f64)> {
+    let tree = LodTree::open_verified(&desk.path("city.citylod")).unwrap();
+    assert_eq!(tree.validate(), []);
+    let ids = ["a", "b", "beyond", "known"];
+    let of = |id: &str| {
+        let object = tree.object(tree.find(id).unwrap()).unwrap();
+        assert_eq!(object.base_known, id == "known");
+        assert!(object.attributes.unwrap().contains("House"));
+        let (low, high) = (object.bounds.min().z, object.bounds.max().z);
+        (id.to_owned(), low, high - low)
+    };
+    ids.map(of).to_vec()
+}
+
+fn assert_stands(desk: &Desk, bases: [f64; 4]) {
+    for ((id, base, height), expected) in stands(desk).into_iter().zip(bases) {
+        assert!(
+            (base - expected).abs() < 1e-3,
+            "{id}: {base}, not {expected}"
+        );
+        assert!((height - 12.3).abs() < HEIGHT_TOLERANCE_M, "{id}: {height}");
+    }
+}
+
+/// The lowest ground is under the south-east corner of a box. Posts are kept as f32.
+fn expected(top: f64) -> [f64; 2] {
+    [height(top, 1011.0, 5.0), height(top, 1055.0, 5.0)]
+}
+
+#[test]
+fn footprints_without_a_base_are_set_on_the_ground_and_set_anew() {
+    let desk = desk();
+    assert_stands(&desk, [0.0, 0.0, 0.0, 700.0]);
+    let told = desk.out("info city.citylod");
+    assert!(
+        told.contains("bases      not known of 3 objects; at 0"),
+        "{told}"
+    );
+    assert!(
+        told.contains("import ELEVATION --into city.citylod"),
+        "{told}"
+    );
+    assert_eq!(desk.json("info city.citylod --json")["base_unknown"], 3);
+    let files = || ["city.citylod", "city.terrain"].map(|f| std::fs::read(desk.path(f)).unwrap());
+    let lay = |elevation: &str| {
+        let run = desk.run(&format!("import {elevation} --into city.citylod"));
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        assert!(
+            run.err
+                .contains("city.citylod: 2 objects set on the lowest ground"),
+            "{}",
+            run.err
+        );
+        assert!(run.err.contains("known: its base is"), "{}", run.err);
+        assert!(run.err.contains("--drape"), "{}", run.err);
+        assert!(
+            run.err.contains("1 have no ground under them"),
+            "{}",
+            run.err
+        );
+        assert!(!run.err.contains("a: its base is"), "{}", run.err);
+        files()
+    };
+    let high = lay("high.asc");
+    let [a, b] = expected(1600.0);
+    assert_stands(&desk, [a, b, 0.0, 700.0]);
+    assert_eq!(lay("high.asc"), high, "a second time changes nothing");
+    let told = desk.out("info city.citylod --check");
+    assert!(
+        told.contains("bases      not known of 3 objects; set on the ground"),
+        "{told}"
+    );
+    lay("low.asc");
+    let [a, b] = expected(40.0);
+    assert_stands(&desk, [a, b, 0.0, 700.0]);
+    lay("high.asc");
+    let [a, b] = expected(1600.0);
+    assert_stands(&desk, [a, b, 0.0, 700.0]);
+}
+
+#[test]
+fn drape_sets_all_objects_on_the_ground() {
+    let desk = desk();
+    let run = desk.run("import high.asc --into city.citylod --drape");
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    assert!(run.err.contains("3 objects set on"), "{}", run.err);
+    assert!(!run.err.contains("its base is"), "{}", run.err);
+    let [a, b] = expected(1600.0);
+    assert_stands(&desk, [a, b, 0.0, height(1600.0, 1088.0, 5.0)]);
+    desk.refuses("import city.geojsonl -o a.citylod --drape", 2, &["--drape"]);
+    desk.refuses(
+        "import high.asc --into city.citylod --promote largest",
+        2,
+        &["--promote"],
+    );
+}
+
+/// What stands on the ground is found there: a view along it sees the houses.
+#[test]
+fn a_view_of_the_ground_sees_what_was_set_on_it() {
+    let desk = desk();
+    let seen = || {
+        let look = "query city.citylod --eye 1050,-200,1595 --target 1050,0,1590 --fov 30";
+        desk.out(look)
+            .lines()
+            .map(ToOwned::to_owned)
+            .collect::<Vec<_>>()
+    };
+    assert!(seen().is_empty());
+    desk.out("import high.asc --into city.citylod");
+    let mut houses = seen();
+    houses.sort();
+    assert_eq!(houses, ["a", "b"]);
+}
+
+#[test]
+fn a_city_that_is_refused_ground_is_left_as_it_was() {
+    let desk = desk();
+    let before = std::fs::read(desk.path("city.citylod")).unwrap();
+    let far = slope(9.0).replace("xllcenter 1000", "xllcenter 90000");
+    desk.write("far.asc", far.as_bytes());
+    desk.refuses(
+        "import far.asc --into city.citylod --drape",
+        1,
+        &["far.asc", "under nothing"],
+    );
+    std::fs::create_dir(desk.path("city.terrain")).unwrap();
+    desk.refuses(
+        "import high.asc --into city.citylod",
+        1,
+        &["city.terrain", "name a file"],
+    );
+    assert_eq!(std::fs::read(desk.path("city.citylod")).unwrap(), before);
+}
