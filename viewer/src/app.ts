@@ -100,11 +100,11 @@ export class App {
       stale: () => this.around.reload(collection.id),
     });
     this.city = city;
-    this.stage.ground(undefined);
+    this.stage.lay(undefined);
     this.ground = Ground.of(collection, {
-      drawn: (surface) => {
-        if (!this.sloped) return;
-        this.stage.ground(surface, (eye, way) => this.ground?.meet(eye, way, 4 * this.extent));
+      drawn: (mesh) => {
+        if (!this.laid) return;
+        this.stage.lay(mesh, (eye, way) => this.ground?.meet(eye, way, 4 * this.extent));
         this.stir();
       },
       problem: (problem) => this.problem(problem),
@@ -125,8 +125,8 @@ export class App {
     this.knobs = { ...this.knobs, ...change };
     this.stage.tint(this.knobs.tint);
     this.around.panel.set(this.knobs, false);
-    if (!this.sloped) {
-      this.stage.ground(undefined);
+    if (!this.laid) {
+      this.stage.lay(undefined);
       this.ground?.forget();
     }
     this.air();
@@ -141,7 +141,7 @@ export class App {
       const { eye } = this.rig.pose;
       const { min, max } = this.city?.bounds ?? { min: eye, max: eye };
       const on = (k: 0 | 1) => Math.min(Math.max(eye[k] + middle.way[k] * middle.along, min[k]), max[k]);
-      this.rig.land(on(0), on(1));
+      this.rig.setDown(on(0), on(1));
     } else this.rig.choose(way);
     this.stir();
     this.buttons();
@@ -211,7 +211,7 @@ export class App {
     this.frames += 1;
     this.stage.timing.begin();
     this.steer(seconds, now);
-    if (this.sloped) this.stage.floor(this.level);
+    if (this.laid) this.stage.level(this.level);
     this.stage.place(this.rig.pose);
     this.ask();
     this.stage.draw(this.far);
@@ -260,7 +260,7 @@ export class App {
     this.due = false;
     this.asked = ask;
     city.ask(ask);
-    if (this.sloped) this.ground?.ask(ask);
+    if (this.laid) this.ground?.ask(ask);
   }
 
   private feedback(): Feedback {
@@ -300,7 +300,7 @@ export class App {
       const ends = city.answer ? city.levels.ends(city.answer.lod, knobs.beyond) : [];
       panel.explain(knobs.tint, city.answer, ends);
       panel.say(city.way, city.answer, city.chunks.pending);
-      panel.tell(this.sloped ? this.ground?.figures : undefined);
+      panel.tell(this.laid ? this.ground?.figures : undefined);
     }
     if (now - this.written.hash > 400 && this.city && !this.pilot) {
       this.written.hash = now;
@@ -374,23 +374,24 @@ export class App {
     return Math.max(max[0] - min[0], max[1] - min[1], 100);
   }
 
-  /** Whether the ground is drawn as it is. */
-  private get sloped(): boolean {
+  /** Whether the scene has ground and it is drawn. */
+  private get laid(): boolean {
     return this.ground !== undefined && !this.knobs.without.has('terrain');
   }
 
   /** Height of the ground under the eye, m. */
   private get level(): number {
     const [x, y] = this.rig.pose.eye;
-    return this.sloped ? this.ground!.height(x, y) : this.floor;
+    return this.laid ? this.ground!.height(x, y) : this.plane;
   }
 
-  private floor = 0;
+  /** Height of the plane that is drawn in want of ground, m. */
+  private plane = 0;
 
   private settle(level: number, even: boolean): void {
     this.even = even;
-    this.floor = level;
-    this.stage.floor(level);
+    this.plane = level;
+    this.stage.level(level);
     const blocked = (x: number, y: number, z: number) => this.city?.instances.blocked(x, y, z, 0.5) ?? false;
     const { pose } = this.rig;
     const under = () => this.level;
@@ -406,7 +407,7 @@ export class App {
     const haze = this.city?.collection.effects.haze;
     if (haze && !this.knobs.without.has('haze')) this.stage.haze(haze.visibility_m);
     else this.stage.clear(this.extent);
-    this.stage.shade(this.even && !this.sloped && this.knobs.shadows);
+    this.stage.shade(this.even && !this.laid && this.knobs.shadows);
   }
 
   private buttons(): void {

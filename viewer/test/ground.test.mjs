@@ -63,7 +63,7 @@ async function stand(place) {
     await pause(25);
     if (k > 8 && here()) break;
   }
-  const { geometry } = app.stage.relief;
+  const { geometry } = app.stage.ground;
   return {
     settled: here(),
     camera: app.ground.answered.camera,
@@ -72,7 +72,7 @@ async function stand(place) {
     origin: app.city.collection.origin,
     positions: [...geometry.getAttribute('position').array],
     index: [...geometry.index.array],
-    visible: app.stage.relief.visible,
+    visible: app.stage.ground.visible,
     plane: app.stage.plane.visible,
   };
 }
@@ -226,12 +226,12 @@ test('the ground on the page is what the service answers', { skip: missing }, ()
 
 test('the ground can be switched off, and other scenes have none', { skip: missing }, () => withPage(cities, {}, async (page, { base }) => {
   await go(page, base, 'hills');
-  await page.waitForFunction(() => window.citylod.stage.relief.visible, undefined, { timeout: 30_000 });
+  await page.waitForFunction(() => window.citylod.stage.ground.visible, undefined, { timeout: 30_000 });
   const toggle = page.locator('label.toggle', { hasText: 'Terrain' }).locator('input');
   await toggle.evaluate((input) => input.click());
-  await page.waitForFunction(() => !window.citylod.stage.relief.visible && window.citylod.stage.plane.visible);
+  await page.waitForFunction(() => !window.citylod.stage.ground.visible && window.citylod.stage.plane.visible);
   await toggle.evaluate((input) => input.click());
-  await page.waitForFunction(() => window.citylod.stage.relief.visible && !window.citylod.stage.plane.visible, undefined, { timeout: 30_000 });
+  await page.waitForFunction(() => window.citylod.stage.ground.visible && !window.citylod.stage.plane.visible, undefined, { timeout: 30_000 });
   // Who walks stands on it.
   await page.evaluate(() => window.citylod.way('walk'));
   await page.waitForFunction(() => {
@@ -240,14 +240,14 @@ test('the ground can be switched off, and other scenes have none', { skip: missi
     return Math.abs(eye[2] - app.ground.height(eye[0], eye[1]) - 1.7) < 0.1;
   }, undefined, { timeout: 30_000 });
   await go(page, base, 'level');
-  const level = await page.evaluate(() => [window.citylod.ground === undefined, window.citylod.stage.relief.visible, window.citylod.stage.plane.visible]);
+  const level = await page.evaluate(() => [window.citylod.ground === undefined, window.citylod.stage.ground.visible, window.citylod.stage.plane.visible]);
   assert.deepEqual(level, [true, false, true]);
   assert.equal(await page.locator('label.toggle', { hasText: 'Terrain' }).count(), 0);
 }));
 
 test('ground that could not be had is asked for again while nothing moves', { skip: missing }, () => withPage(cities, {}, async (page, { base }, errors) => {
   await go(page, base, 'hills');
-  await page.waitForFunction(() => window.citylod.stage.relief.visible && window.citylod.ground.settled);
+  await page.waitForFunction(() => window.citylod.stage.ground.visible && window.citylod.ground.settled);
   for (const failing of ['**/visible', '**/ground/*/*/*']) {
     let failed = 0;
     await page.route(failing, (route) => {
@@ -255,7 +255,7 @@ test('ground that could not be had is asked for again while nothing moves', { sk
       return failed <= 2 ? route.abort() : route.continue();
     });
     await go(page, base, 'hills');
-    await page.waitForFunction(() => window.citylod.stage.relief.visible && window.citylod.ground.settled, undefined, { timeout: 30_000 });
+    await page.waitForFunction(() => window.citylod.stage.ground.visible && window.citylod.ground.settled, undefined, { timeout: 30_000 });
     assert.ok(failed > 2, `${failing}: ${failed}`);
     await page.unroute(failing);
   }

@@ -15,11 +15,11 @@ import {
 } from 'three';
 import type { Vec3 } from '../api';
 import { classColours, LEVELS, type Tint } from '../colours';
-import type { Surface } from '../ground/surface';
+import type { GroundMesh } from '../ground/mesh';
 import { Frozen } from './frozen';
 import { CLASSES, type Instances } from './instances';
 import { DAY, NIGHT } from './palette';
-import * as relief from './relief';
+import * as laid from './ground';
 import * as shader from './shaders';
 import { type Sample, software, Timing } from './timing';
 
@@ -53,11 +53,11 @@ export class Stage {
   readonly timing: Timing;
   private readonly boxes: Mesh;
   private readonly shadows: Mesh;
-  /** Level ground, and ground as it is; one of them is drawn. */
+  /** A plane in want of ground, and the ground of the scene; one of them is drawn. */
   private readonly plane: Mesh;
-  private readonly relief: Mesh;
-  /** Meets the ground as it is. */
-  private slope: ((eye: Vec3, way: Vec3) => number | undefined) | undefined;
+  private readonly ground: Mesh;
+  /** Meets the ground of the scene. */
+  private meetGround: ((eye: Vec3, way: Vec3) => number | undefined) | undefined;
   private instances: Instances | undefined;
   /** Shared by all materials: a change is seen by all. */
   private readonly uniforms = {
@@ -89,7 +89,7 @@ export class Stage {
     uKinds: { value: Array.from({ length: CLASSES }, () => new Color(0xe6e0d6)) },
     uLevels: { value: Array.from({ length: 8 }, (_, k) => new Color(LEVELS[k])) },
     uHeights: { value: Array.from({ length: 6 }, () => new Color()) },
-    ...relief.reliefUniforms,
+    ...laid.uniforms,
   };
   private lowest = 0;
 
@@ -109,15 +109,15 @@ export class Stage {
     const empty = new BufferGeometry();
     this.boxes = this.part(empty, shader.boxVertex, shader.boxFragment, 0);
     this.shadows = this.part(empty, shader.shadowVertex, shader.shadowFragment, 2);
-    this.plane = this.part(plain, shader.groundVertex, shader.groundFragment, 1);
-    this.relief = this.part(empty, relief.reliefVertex, relief.reliefFragment, 1);
+    this.plane = this.part(plain, shader.planeVertex, shader.planeFragment, 1);
+    this.ground = this.part(empty, laid.vertex, laid.fragment, 1);
     this.part(triangle, shader.skyVertex, shader.skyFragment, 3);
     // What lies flat on the ground is seen, not fought with.
-    const slope = this.relief.material as RawShaderMaterial;
-    slope.polygonOffset = true;
-    slope.polygonOffsetFactor = 1;
-    slope.polygonOffsetUnits = 4;
-    for (const part of [this.boxes, this.shadows, this.relief]) part.visible = false;
+    const material = this.ground.material as RawShaderMaterial;
+    material.polygonOffset = true;
+    material.polygonOffsetFactor = 1;
+    material.polygonOffsetUnits = 4;
+    for (const part of [this.boxes, this.shadows, this.ground]) part.visible = false;
     // Shadows lie on the ground: drawn just before it, as seen by the depth buffer.
     const shadow = this.shadows.material as RawShaderMaterial;
     shadow.polygonOffset = true;
@@ -137,19 +137,19 @@ export class Stage {
     classColours(classes).slice(0, CLASSES).forEach((hex, k) => this.uniforms.uKinds.value[k]!.set(hex));
   }
 
-  /** Draws this ground; level ground where there is none. `meet` tells how far a way to it is. */
-  ground(surface: Surface | undefined, meet?: (eye: Vec3, way: Vec3) => number | undefined): void {
-    if (this.relief.visible) this.relief.geometry.dispose();
-    this.relief.visible = surface !== undefined;
-    this.plane.visible = !surface;
-    this.slope = surface && meet;
-    if (surface) this.relief.geometry = relief.geometry(surface.positions, surface.normals, surface.triangles);
+  /** Draws this ground; a plane where there is none. `meet` tells how far a way to it is. */
+  lay(mesh: GroundMesh | undefined, meet?: (eye: Vec3, way: Vec3) => number | undefined): void {
+    if (this.ground.visible) this.ground.geometry.dispose();
+    this.ground.visible = mesh !== undefined;
+    this.plane.visible = !mesh;
+    this.meetGround = mesh && meet;
+    if (mesh) this.ground.geometry = laid.geometry(mesh.positions, mesh.normals, mesh.triangles);
   }
 
-  /** Where the ground is. */
-  floor(level: number): void {
-    this.uniforms.uLevel.value = level;
-    this.lowest = level;
+  /** Height of the plane, and of the ground under the eye, m. */
+  level(height: number): void {
+    this.uniforms.uLevel.value = height;
+    this.lowest = height;
   }
 
   /** Air so clear that a scene of this extent is seen from outside, m. */
@@ -162,7 +162,7 @@ export class Stage {
     this.uniforms.uAir.value = 2 / visibility;
   }
 
-  /** Whether boxes cast shadows; they fall on level ground only. */
+  /** Whether boxes cast shadows; they fall on the plane only. */
   shade(on: boolean): void {
     this.shadows.visible = on;
   }
@@ -185,7 +185,7 @@ export class Stage {
     to.uPickColour.value.copy(from.pick);
     from.heights.forEach((colour, k) => to.uHeights.value[k]!.copy(colour));
     this.frozen.colour(from.ring);
-    relief.colour(on);
+    laid.colour(on);
   }
 
   tint(tint: Tint): void {
@@ -257,7 +257,7 @@ export class Stage {
     const hit = this.instances?.meet(position.toArray(), way.toArray());
     const down = (this.lowest - position.z) / way.z;
     const level = down > 0 ? down : Infinity;
-    const ground = this.slope ? (this.slope(position.toArray(), way.toArray()) ?? Infinity) : level;
+    const ground = this.meetGround ? (this.meetGround(position.toArray(), way.toArray()) ?? Infinity) : level;
     const along = Math.min(hit?.along ?? Infinity, ground);
     if (!Number.isFinite(along)) return undefined;
     const object = hit && hit.along <= ground ? this.instances?.object(hit.slot) : undefined;

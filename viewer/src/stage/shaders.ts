@@ -26,7 +26,7 @@ vec4 air(vec3 from) {
 `;
 
 /** The ground's own colour: a grid of 100 m and 1 km, and rings where levels end. */
-export const GROUND = /* glsl */ `
+export const GRID = /* glsl */ `
 uniform vec3 uGround, uLine, uRing, uRingEye;
 uniform float uRings[8], uRingShow;
 float lines(vec2 p, float step_) {
@@ -66,7 +66,7 @@ in vec3 vWay;
 out vec4 colour;
 void main() { colour = vec4(sky(normalize(vWay)), 1.0); }`;
 
-export const groundVertex = /* glsl */ `
+export const planeVertex = /* glsl */ `
 precision highp float;
 in vec3 position;
 uniform mat4 viewMatrix, projectionMatrix;
@@ -78,7 +78,7 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * vec4(vAt, 1.0);
 }`;
 
-export const groundFragment = /* glsl */ `${AIR}${GROUND}
+export const planeFragment = /* glsl */ `${AIR}${GRID}
 in vec3 vAt;
 out vec4 colour;
 void main() {

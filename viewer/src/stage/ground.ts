@@ -1,24 +1,24 @@
-/** The ground as it is drawn where it is not level. */
+/** The ground of a scene, as it is drawn. */
 
 import { BufferAttribute, BufferGeometry, Color } from 'three';
-import { AIR, GROUND } from './shaders';
+import { AIR, GRID } from './shaders';
 
-/** Level country and steep, by day and by night. */
+/** Level ground and steep, by day and by night. */
 const DAY = [new Color(0xcbcfbe), new Color(0xb8ab9c)] as const;
 const NIGHT = [new Color(0x1a2430), new Color(0x2e2f3b)] as const;
 
-export const reliefUniforms = {
+export const uniforms = {
   uLevelled: { value: new Color() },
   uSteep: { value: new Color() },
 };
 
 export function colour(night: boolean): void {
   const [level, steep] = night ? NIGHT : DAY;
-  reliefUniforms.uLevelled.value.copy(level);
-  reliefUniforms.uSteep.value.copy(steep);
+  uniforms.uLevelled.value.copy(level);
+  uniforms.uSteep.value.copy(steep);
 }
 
-export const reliefVertex = /* glsl */ `
+export const vertex = /* glsl */ `
 precision highp float;
 in vec3 position, normal;
 uniform mat4 viewMatrix, projectionMatrix;
@@ -29,7 +29,7 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
 }`;
 
-export const reliefFragment = /* glsl */ `${AIR}${GROUND}
+export const fragment = /* glsl */ `${AIR}${GRID}
 uniform vec3 uSunLight, uAbove, uBelow, uLevelled, uSteep;
 in vec3 vAt, vNormal;
 out vec4 colour;
@@ -46,7 +46,7 @@ void main() {
   colour = vec4(mix(c * (0.15 + 0.85 * lit * lit), a.rgb, a.a), 1.0);
 }`;
 
-/** A surface as a geometry. */
+/** Triangles of the ground as a geometry. */
 export function geometry(positions: Float32Array, normals: Float32Array, triangles: Uint32Array): BufferGeometry {
   const made = new BufferGeometry();
   made.setAttribute('position', new BufferAttribute(positions, 3));
