@@ -139,6 +139,11 @@ export interface Problem {
   pointer?: string;
 }
 
+/** A refusal in words. */
+export function told({ title, detail, pointer }: Problem): string {
+  return `${detail ?? title ?? 'The service refused.'}${pointer ? ` (${pointer})` : ''}`;
+}
+
 /** A refusal by the service, or no answer at all (`status` 0). */
 export class Refused extends Error {
   constructor(readonly problem: Problem) {

@@ -25,6 +25,9 @@ const EYES = 1.7;
 const WALK = 4;
 const RUN = 14;
 
+/** How fast keys turn, degrees a second. */
+const GAZE = 60;
+
 /** How fast movements follow what is wished for, 1/s. */
 const EAGER = 9;
 
@@ -36,7 +39,11 @@ export class Rig {
   way: Way = 'orbit';
   /** Wished movement: right, forward, up, each -1 to 1. */
   wish: Vec3 = [0, 0, 0];
+  /** Wished turn: to the right, up, each -1 to 1. */
+  gaze: [number, number] = [0, 0];
   fast = false;
+  /** Goes at once where it would glide. */
+  calm = false;
   /** Multiplies the speed of flight. */
   throttle = 1;
   /** Distance of what the eye turns about, m. */
@@ -45,7 +52,7 @@ export class Rig {
   speed = 0;
   private velocity: Vec3 = [0, 0, 0];
   private turning: [number, number] = [0, 0];
-  private glide: { to: Pose; along: number } | undefined;
+  private glide: { to: Pose } | undefined;
   private zoom: { way: Vec3; left: number } | undefined;
   private walked = false;
   /** Set down on foot, and not gone anywhere since. */
@@ -111,7 +118,8 @@ export class Rig {
   /** Glides there. */
   go(pose: Pose): void {
     this.stop();
-    this.glide = { to: pose, along: 0 };
+    if (this.calm) this.pose = pose;
+    else this.glide = { to: pose };
   }
 
   /** Turns by degrees: the eye itself, or in orbit the eye about what it looks at. */
@@ -142,12 +150,17 @@ export class Rig {
   /** Whether something moves. */
   get moving(): boolean {
     return this.speed > 0.01 || this.glide !== undefined || this.zoom !== undefined ||
-      this.wish.some((w) => w !== 0) || Math.hypot(...this.turning) > 0.01;
+      [...this.wish, ...this.gaze].some((w) => w !== 0) || Math.hypot(...this.turning) > 0.01;
   }
 
   /** A step of time, s. */
   step(seconds: number): void {
     const from = [...this.pose.eye] as Vec3;
+    if (this.gaze.some((g) => g !== 0)) {
+      // As by hand: in orbit the city is turned.
+      const by = (this.way === 'orbit' ? -1 : 1) * GAZE * seconds;
+      this.turn(this.gaze[0] * by, this.gaze[1] * by);
+    }
     if (this.glide) this.follow(seconds);
     else {
       this.swing(seconds);
@@ -232,13 +245,15 @@ export class Rig {
   private pace(): number {
     if (this.way === 'walk') return this.fast ? RUN : WALK;
     const above = Math.max(this.pose.eye[2] - this.site.level, 0);
-    return (12 + above * 0.6) * this.throttle * (this.fast ? 4 : 1);
+    // In a city of one house, slower: it is soon flown past.
+    const least = Math.min(Math.max(this.site.extent * 0.06, 2), 12);
+    return (least + above * 0.6) * this.throttle * (this.fast ? 4 : 1);
   }
 
   private keepAbove(): void {
     const { eye } = this.pose;
     const { level, extent } = this.site;
-    const high = Math.max(extent * 4, 5000);
+    const high = Math.max(extent * 1.5, 1000);
     eye[2] = Math.min(Math.max(eye[2], level + Math.min(EYES, 1.5)), level + high);
   }
 }

@@ -29,8 +29,14 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
 }`;
 
-export const fragment = /* glsl */ `${AIR}${GRID}
+/** In the sun, and in the shade of something. */
+export const lit = fragment(false);
+export const shaded = fragment(true);
+
+function fragment(shade: boolean): string {
+  return /* glsl */ `${AIR}${GRID}
 uniform vec3 uSunLight, uAbove, uBelow, uLevelled, uSteep;
+uniform float uShadow;
 in vec3 vAt, vNormal;
 out vec4 colour;
 void main() {
@@ -39,12 +45,15 @@ void main() {
   // Against that on level ground, which keeps its colour.
   float lit = dot(light, vec3(1.0)) / dot(uAbove + uSunLight * uSun.z, vec3(1.0));
   float steep = clamp((1.0 - n.z - 0.02) / 0.16, 0.0, 1.0);
-  // The grid and the rings of level ground, on the colours of this one; a finer grid under foot.
+  // The grid and the rings of the plane, on the colours of this ground.
   vec3 c = ground(vAt) - uGround + mix(uLevelled, uSteep, steep);
-  c = mix(c, c + uLine - uGround, 0.3 * lines(vAt.xy, 10.0));
+  c *= 0.15 + 0.85 * lit * lit;${shade ? /* glsl */ `
+  // What the sun does not reach loses nothing.
+  c *= mix(1.0, uShadow, clamp(dot(n, uSun) / uSun.z, 0.0, 1.0));` : ''}
   vec4 a = air(vAt);
-  colour = vec4(mix(c * (0.15 + 0.85 * lit * lit), a.rgb, a.a), 1.0);
+  colour = vec4(mix(c, a.rgb, a.a), 1.0);
 }`;
+}
 
 /** Triangles of the ground as a geometry. */
 export function geometry(positions: Float32Array, normals: Float32Array, triangles: Uint32Array): BufferGeometry {

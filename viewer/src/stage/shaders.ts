@@ -25,7 +25,7 @@ vec4 air(vec3 from) {
 }
 `;
 
-/** The ground's own colour: a grid of 100 m and 1 km, and rings where levels end. */
+/** The ground's own colour: a grid of 100 m and 1 km, a faint one of 10 m, and rings where levels end. */
 export const GRID = /* glsl */ `
 uniform vec3 uGround, uLine, uRing, uRingEye;
 uniform float uRings[8], uRingShow;
@@ -37,7 +37,7 @@ float lines(vec2 p, float step_) {
   return (1.0 - min(min(d.x, d.y), 1.0)) * fine;
 }
 vec3 ground(vec3 p) {
-  vec3 colour = mix(uGround, uLine, max(0.5 * lines(p.xy, 100.0), 0.9 * lines(p.xy, 1000.0)));
+  vec3 colour = mix(uGround, uLine, max(max(0.2 * lines(p.xy, 10.0), 0.5 * lines(p.xy, 100.0)), 0.9 * lines(p.xy, 1000.0)));
   if (uRingShow > 0.0) {
     float far = length(p - uRingEye);
     float w = max(fwidth(far), 1e-4);
