@@ -125,11 +125,13 @@ export class App {
     this.stage.show(city.instances, collection.classes, city.bounds);
     this.settle(city.bounds.min[2], false);
     this.around.panel.show(collection, city.levels);
-    if (place.mode) this.knobs = { ...this.knobs, mode: place.mode };
+    // Where the processor draws, shadows on the ground take longer than all else: they are for who asks.
+    const shadows = !(this.stage.slow && collection.ground);
+    this.knobs = { ...this.knobs, shadows, ...(place.mode ? { mode: place.mode } : {}) };
     this.rig.choose(place.way ?? 'orbit');
     this.buttons();
-    if (place.eye && place.look) this.rig.jump({ eye: city.relative(place.eye), heading: place.look[0], pitch: place.look[1] });
-    else this.rig.jump(home(city.bounds));
+    const { eye, look } = place;
+    this.rig.jump(eye && look ? { eye: city.relative(eye), heading: look[0], pitch: look[1] } : home(city.bounds));
     this.around.opened(collection);
     this.set({});
   }
@@ -258,9 +260,8 @@ export class App {
     const { city, knobs } = this;
     if (!city || this.frozen || !city.ready) return;
     const controlled = knobs.controller && knobs.mode === 'range';
-    const camera: Camera = {
-      eye: city.absolute(this.rig.pose.eye), quaternion: this.stage.turn, fov_y_deg: FOV_Y, viewport: this.stage.viewport,
-    };
+    const { turn: quaternion, viewport } = this.stage;
+    const camera: Camera = { eye: city.absolute(this.rig.pose.eye), quaternion, fov_y_deg: FOV_Y, viewport };
     const ask: Ask = { camera, lod: lod(knobs), effects: effects(knobs, city.collection.effects, this.rig.speed) };
     const same = JSON.stringify(ask) === JSON.stringify({ ...this.asked, feedback: undefined });
     if (same && !this.due && !(controlled && this.untold.any)) return;
@@ -289,8 +290,7 @@ export class App {
   }
 
   private figures(now: number): void {
-    const { panel } = this.around;
-    const { city } = this;
+    const { city, around: { panel } } = this;
     if (city?.answer) panel.push(city.answer, this.far);
     if (city && now - this.written.figures > FIGURES) {
       this.written.figures = now;

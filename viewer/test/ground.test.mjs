@@ -262,3 +262,67 @@ test('ground that could not be had is asked for again while nothing moves', { sk
   assert.ok(errors.every((error) => /ERR_FAILED/.test(error)), `${errors}`);
   errors.length = 0;
 }));
+
+/**
+ * In the page: of places on the ground in the picture, how many are darker with shadows than
+ * without, and how many have a box between them and the sun.
+ */
+function shade() {
+  const { stage, city } = window.citylod;
+  const [width, height] = stage.viewport;
+  const gl = document.querySelector('#view').getContext('webgl2');
+  const picture = (on) => {
+    stage.cast(on, on);
+    stage.draw(undefined);
+    const pixels = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels;
+  };
+  const [lit, dark] = [picture(false), picture(true)];
+  const sun = stage.uniforms.uSun.value.toArray();
+  const eye = stage.camera.position.toArray();
+  const found = { both: 0, drawn: 0, due: 0, lighter: 0 };
+  for (let y = 0; y < height; y += 1) {
+    for (let x = 0; x < width; x += 1) {
+      const hit = stage.meet(((x + 0.5) / width) * 2 - 1, ((y + 0.5) / height) * 2 - 1);
+      if (!hit || hit.object !== undefined || hit.along > 400) continue;
+      const at = 4 * (y * width + x);
+      const change = dark[at] - lit[at];
+      const place = eye.map((v, k) => v + hit.along * hit.way[k]);
+      const due = city.instances.meet(place, sun) !== undefined;
+      if (change > 0) found.lighter += 1;
+      if (due && change < 0) found.both += 1;
+      else if (due) found.due += 1;
+      else if (change < 0) found.drawn += 1;
+    }
+  }
+  return found;
+}
+
+test('shadows lie on the ground where a box stands before the sun', { skip: missing }, () => withPage(cities, {}, async (page, { base }) => {
+  await go(page, base, 'hills');
+  const boxes = await page.evaluate(() => {
+    const { city, ground } = window.citylod;
+    return [4, 11, 19].map((slot) => {
+      const [, , , x, y, z] = city.instances.box(slot);
+      return { top: city.absolute([x, y, z]), foot: city.absolute([x + 2, y + 1, ground.height(x + 2, y + 1) + 1.7]) };
+    });
+  });
+  for (const { top, foot } of boxes) {
+    // From above, and from within a shadow.
+    for (const place of [
+      { eye: [top[0], top[1], top[2] + 50], heading: 0, pitch: -85 },
+      { eye: foot, heading: 40, pitch: -35 },
+    ]) {
+      const { settled } = await page.evaluate(stand, place);
+      assert.ok(settled, 'the ground came');
+      const found = await page.evaluate(shade);
+      const where = `${JSON.stringify(found)} from ${place.eye}`;
+      console.log(`pixels of shadow: ${where}`);
+      assert.equal(found.lighter, 0, where);
+      assert.ok(found.both > 300, where);
+      // At the edges the finest ground, which is held against, and the triangles drawn are not one.
+      assert.ok(found.drawn + found.due < 0.12 * found.both, where);
+    }
+  }
+}));
