@@ -151,6 +151,12 @@ export class Refused extends Error {
   }
 }
 
+/** Whether what failed may go well another time: what is wrong with a question stays so. */
+export function passes(error: unknown): boolean {
+  const status = error instanceof Refused ? error.problem.status ?? 0 : 0;
+  return status < 400 || status >= 500 || [408, 409, 429].includes(status);
+}
+
 /** The address of a scene, or of something in it. */
 export function at(scene: string, rest = ''): string {
   return `/collections/${encodeURIComponent(scene)}${rest}`;

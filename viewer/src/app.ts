@@ -1,6 +1,6 @@
 /** The page at work: a frame after the other, from the hand to the picture. */
 
-import { type Answer, type Ask, type Camera, type Collection, type Feedback, type Problem, told } from './api';
+import { type Answer, type Ask, type Camera, type Collection, type Problem, told } from './api';
 import { City } from './city';
 import { Frames } from './frames';
 import { Ground } from './ground';
@@ -117,7 +117,7 @@ export class App {
     this.ground = Ground.of(collection, {
       drawn: (mesh) => {
         if (!this.laid) return;
-        this.stage.lay(mesh, (eye, way) => this.ground?.meet(eye, way, 4 * this.extent));
+        this.stage.lay(mesh, (eye, way) => this.ground?.meet(eye, way, Math.max(4 * this.extent, 5000)));
         this.stir();
       },
       problem: (problem) => this.problem(problem),
@@ -265,15 +265,11 @@ export class App {
     const ask: Ask = { camera, lod: lod(knobs), effects: effects(knobs, city.collection.effects, this.rig.speed) };
     const same = JSON.stringify(ask) === JSON.stringify({ ...this.asked, feedback: undefined });
     if (same && !this.due && !(controlled && this.untold.any)) return;
-    if (controlled) ask.feedback = this.feedback();
+    if (controlled) ask.feedback = { target_ms: knobs.target_ms, ...this.untold.take() };
     this.due = false;
     this.asked = ask;
     city.ask(ask);
     if (this.laid) this.ground?.ask(ask);
-  }
-
-  private feedback(): Feedback {
-    return { target_ms: this.knobs.target_ms, ...this.untold.take() };
   }
 
   /** What the present picture was drawn with, m; none outside range mode or where all is drawn. */

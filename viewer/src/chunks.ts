@@ -4,7 +4,7 @@
  * use, and some more.
  */
 
-import { at, bytes, json, type Items } from './api';
+import { at, bytes, json, type Items, passes } from './api';
 
 /** Objects a chunk. */
 export const CHUNK = 4096;
@@ -133,6 +133,7 @@ export class Chunks {
     } catch (error) {
       if (this.abort.signal.aborted) return;
       this.failed(error);
+      if (!passes(error)) return;
       this.failing += 1;
       // Not counted as done.
       this.done -= 1;

@@ -11,12 +11,13 @@ export interface DeviceEvents {
 }
 
 export function watch(canvas: HTMLCanvasElement, events: DeviceEvents): void {
-  new ResizeObserver(() => events.resized()).observe(canvas);
-  const pixels = () => matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener('change', () => {
-    events.resized();
-    pixels();
-  }, { once: true });
-  pixels();
+  const size = new ResizeObserver(() => events.resized());
+  try {
+    // Tells of other pixels in the same place too.
+    size.observe(canvas, { box: 'device-pixel-content-box' });
+  } catch {
+    size.observe(canvas);
+  }
   canvas.addEventListener('webglcontextlost', () => events.lost());
   canvas.addEventListener('webglcontextrestored', () => events.restored());
   const calm = matchMedia('(prefers-reduced-motion: reduce)');

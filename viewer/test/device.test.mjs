@@ -67,7 +67,6 @@ test('a screen with more pixels gets a picture with more', { skip: missing }, ()
   const devtools = await page.context().newCDPSession(page);
   for (const [screen, picture] of [[2, 2], [3, 2], [1, 1]]) {
     await devtools.send('Emulation.setDeviceMetricsOverride', { width: 480, height: 320, deviceScaleFactor: screen, mobile: false });
-    console.log(await page.evaluate(() => [devicePixelRatio, innerWidth, document.querySelector('#view').clientWidth, document.querySelector('#view').width, window.citylod.asked.camera.viewport]));
     await page.waitForFunction(([ratio]) => window.citylod.asked.camera.viewport[0] === 480 * ratio, [picture]);
     assert.deepEqual(await sizes(), [picture, picture]);
   }

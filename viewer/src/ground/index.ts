@@ -3,7 +3,7 @@
  * hands on the triangles once it is whole. One question at a time, the newest view next.
  */
 
-import { type AnswerHead, type Ask, at, type Collection, post, Refused, type Problem, type Vec3 } from '../api';
+import { type AnswerHead, type Ask, at, type Collection, passes, post, Refused, type Problem, type Vec3 } from '../api';
 import { type GroundMesh, mesh, type Patch } from './mesh';
 import { Tiles } from './tiles';
 
@@ -127,9 +127,8 @@ export class Ground {
       const status = error instanceof Refused ? error.problem.status : undefined;
       // A service that is gone or begins anew is reported by the objects.
       if (error instanceof Refused && status && status !== 409) this.events.problem(error.problem);
-      // What is wrong with a question stays so; all else may pass while nothing moves.
-      const wrong = status !== undefined && status >= 400 && status < 500 && ![408, 409, 429].includes(status);
-      if (!wrong && this.last !== '') {
+      // While nothing moves too.
+      if (passes(error) && this.last !== '') {
         this.wanted ??= ask;
         pause = AGAIN;
       }
