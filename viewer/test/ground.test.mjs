@@ -289,7 +289,9 @@ function shade() {
       const at = 4 * (y * width + x);
       const change = dark[at] - lit[at];
       const place = eye.map((v, k) => v + hit.along * hit.way[k]);
-      const due = city.instances.meet(place, sun) !== undefined;
+      // What a hand's breadth of height would change is not judged: the triangles drawn are not the finest.
+      const [due, ...about] = [0, 0.5, -0.5].map((dz) => city.instances.meet([place[0], place[1], place[2] + dz], sun) !== undefined);
+      if (about.some((other) => other !== due)) continue;
       if (change > 0) found.lighter += 1;
       if (due && change < 0) found.both += 1;
       else if (due) found.due += 1;
@@ -312,21 +314,21 @@ test('shadows lie on the ground where a box stands before the sun', { skip: miss
     return places.filter(({ top, foot }) => top[2] - foot[2] > 2).slice(0, 3);
   });
   assert.equal(boxes.length, 3);
+  const seen = { above: 0, within: 0 };
   for (const { top, foot } of boxes) {
-    // From above, and from within a shadow.
-    for (const place of [
-      { eye: [top[0], top[1], top[2] + 50], heading: 0, pitch: -85 },
-      { eye: foot, heading: 40, pitch: -80 },
+    for (const [kind, place] of [
+      ['above', { eye: [top[0], top[1], top[2] + 50], heading: 0, pitch: -85 }],
+      ['within', { eye: foot, heading: 40, pitch: -80 }],
     ]) {
       const { settled } = await page.evaluate(stand, place);
       assert.ok(settled, 'the ground came');
       const found = await page.evaluate(shade);
-      const where = `${JSON.stringify(found)} from ${place.eye}`;
-      console.log(`pixels of shadow: ${where}`);
+      const where = `${kind}: ${JSON.stringify(found)} from ${place.eye}`;
       assert.equal(found.lighter, 0, where);
-      assert.ok(found.both > 300, where);
-      // At the edges the finest ground, which is held against, and the triangles drawn are not one.
-      assert.ok(found.drawn + found.due < 0.12 * found.both, where);
+      assert.ok(found.drawn + found.due <= 0.01 * found.both + 10, where);
+      seen[kind] += found.both;
     }
   }
+  console.log(`pixels of shadow: ${JSON.stringify(seen)}`);
+  assert.ok(seen.above > 1000 && seen.within > 10_000, JSON.stringify(seen));
 }));
