@@ -139,11 +139,22 @@ export interface Problem {
   pointer?: string;
 }
 
+/** A refusal in words. */
+export function told({ title, detail, pointer }: Problem): string {
+  return `${detail ?? title ?? 'The service refused.'}${pointer ? ` (${pointer})` : ''}`;
+}
+
 /** A refusal by the service, or no answer at all (`status` 0). */
 export class Refused extends Error {
   constructor(readonly problem: Problem) {
     super(problem.detail ?? problem.title ?? 'the service gave no reason');
   }
+}
+
+/** Whether what failed may go well another time: what is wrong with a question stays so. */
+export function passes(error: unknown): boolean {
+  const status = error instanceof Refused ? error.problem.status ?? 0 : 0;
+  return status < 400 || status >= 500 || [408, 409, 429].includes(status);
 }
 
 /** The address of a scene, or of something in it. */

@@ -1,18 +1,21 @@
 /** The page at work: a frame after the other, from the hand to the picture. */
 
-import { type Answer, type Ask, at, type Collection, type Feedback, type Item, json, type Problem } from './api';
+import { type Answer, type Ask, type Camera, type Collection, type Problem, told } from './api';
 import { City } from './city';
+import { Frames } from './frames';
 import { Ground } from './ground';
+import { watch } from './device';
 import * as hash from './hash';
 import { effects, type Knobs, KNOBS, lod } from './knobs';
+import { extent, home } from './overview';
 import { Panel } from './panel';
 import { Picked } from './panel/picked';
 import { Rig, type Way } from './rig';
 import { Input } from './rig/input';
-import { FOV_Y, forward, type Pose, Stage } from './stage';
+import { FOV_Y, type Pose, Stage } from './stage';
 import type { Sample } from './stage/timing';
 import { tour } from './tour';
-import { why } from './why';
+import { about } from './why';
 
 /** Frames are drawn for so long after the last thing that happened, ms. */
 const AWAKE = 1500;
@@ -30,8 +33,8 @@ export interface Surroundings {
   buttons(state: { way: Way; frozen: boolean; touring: boolean }): void;
   /** Another city is shown. */
   opened(collection: Collection): void;
-  /** Another city is wanted: the one served under this name. */
-  reload(scene: string): void;
+  /** The service has another city now under the name of this one. */
+  reload(): void;
   night(): boolean;
 }
 
@@ -50,7 +53,7 @@ export class App {
   /** What was asked last. */
   asked: Ask | undefined;
   private frozen: { pose: Pose; tint: Knobs['tint'] } | undefined;
-  private fresh: Sample | undefined;
+  private readonly untold = new Frames();
   private running = false;
   private awake = 0;
   private last = 0;
@@ -63,7 +66,8 @@ export class App {
 
   constructor(private readonly around: Surroundings) {
     this.stage = new Stage(around.canvas, (sample) => {
-      this.sample = this.fresh = sample;
+      this.sample = sample;
+      this.untold.push(sample);
       around.panel.frame.push(sample.frame_ms);
     });
     this.input = new Input(around.canvas, this.rig, this.stage, {
@@ -73,7 +77,15 @@ export class App {
         this.stir();
       },
     });
-    new ResizeObserver(() => this.resize()).observe(around.canvas);
+    watch(around.canvas, {
+      resized: () => this.resize(),
+      lost: () => {
+        this.stage.timing.forget();
+        around.toast('The graphics card went away. The picture comes back when the card does.');
+      },
+      restored: () => this.stir(true),
+      calm: (on) => (this.rig.calm = on),
+    });
     this.resize();
     this.night();
   }
@@ -97,36 +109,40 @@ export class App {
       ground: (level, even) => this.settle(level, even),
       problem: (problem) => this.problem(problem),
       way: () => this.stir(true),
-      stale: () => this.around.reload(collection.id),
+      stale: () => this.around.reload(),
     });
     this.city = city;
-    this.stage.ground(undefined);
+    this.untold.forget();
+    this.stage.lay(undefined);
     this.ground = Ground.of(collection, {
-      drawn: (surface) => {
-        if (!this.sloped) return;
-        this.stage.ground(surface, (eye, way) => this.ground?.meet(eye, way, 4 * this.extent));
+      drawn: (mesh) => {
+        if (!this.laid) return;
+        this.stage.lay(mesh, (eye, way) => this.ground?.meet(eye, way, Math.max(4 * this.extent, 5000)));
         this.stir();
       },
       problem: (problem) => this.problem(problem),
     });
-    this.stage.show(city.instances, collection.classes);
+    this.stage.show(city.instances, collection.classes, city.bounds);
     this.settle(city.bounds.min[2], false);
     this.around.panel.show(collection, city.levels);
-    if (place.mode) this.knobs = { ...this.knobs, mode: place.mode };
+    // Where the processor draws, shadows on the ground take longer than all else: they are for who asks.
+    const shadows = !(this.stage.slow && collection.ground);
+    this.knobs = { ...this.knobs, shadows, ...(place.mode ? { mode: place.mode } : {}) };
     this.rig.choose(place.way ?? 'orbit');
     this.buttons();
-    if (place.eye && place.look) this.rig.jump({ eye: city.relative(place.eye), heading: place.look[0], pitch: place.look[1] });
-    else this.rig.jump(this.home());
+    const { eye, look } = place;
+    this.rig.jump(eye && look ? { eye: city.relative(eye), heading: look[0], pitch: look[1] } : home(city.bounds));
     this.around.opened(collection);
     this.set({});
   }
 
   set(change: Partial<Knobs>): void {
     this.knobs = { ...this.knobs, ...change };
+    this.untold.forget();
     this.stage.tint(this.knobs.tint);
     this.around.panel.set(this.knobs, false);
-    if (!this.sloped) {
-      this.stage.ground(undefined);
+    if (!this.laid) {
+      this.stage.lay(undefined);
       this.ground?.forget();
     }
     this.air();
@@ -141,7 +157,7 @@ export class App {
       const { eye } = this.rig.pose;
       const { min, max } = this.city?.bounds ?? { min: eye, max: eye };
       const on = (k: 0 | 1) => Math.min(Math.max(eye[k] + middle.way[k] * middle.along, min[k]), max[k]);
-      this.rig.land(on(0), on(1));
+      this.rig.setDown(on(0), on(1));
     } else this.rig.choose(way);
     this.stir();
     this.buttons();
@@ -151,7 +167,7 @@ export class App {
   reset(): void {
     this.tour(false);
     if (this.rig.way === 'walk') this.rig.choose('orbit');
-    this.rig.go(this.home());
+    if (this.city) this.rig.go(home(this.city.bounds));
     this.buttons();
     this.stir();
   }
@@ -174,7 +190,7 @@ export class App {
       this.frozen = { pose: { ...pose, eye: [...pose.eye] }, tint: this.knobs.tint };
       this.stage.place(pose);
       const ends = levels.ends(answer.lod, this.knobs.beyond).filter(Number.isFinite);
-      this.stage.freeze(Math.min(Math.max(...ends, 600) * 1.1, this.extent * 1.2));
+      this.stage.freeze(Math.min(Math.max(...ends, 600) * 1.1, Math.max(this.extent * 1.2, 200)));
       this.stage.rings(pose.eye, ends);
       this.set({ tint: 'level' });
       if (this.rig.way === 'walk') this.rig.choose('fly');
@@ -211,7 +227,7 @@ export class App {
     this.frames += 1;
     this.stage.timing.begin();
     this.steer(seconds, now);
-    if (this.sloped) this.stage.floor(this.level);
+    if (this.laid) this.stage.level(this.level);
     this.stage.place(this.rig.pose);
     this.ask();
     this.stage.draw(this.far);
@@ -244,31 +260,16 @@ export class App {
     const { city, knobs } = this;
     if (!city || this.frozen || !city.ready) return;
     const controlled = knobs.controller && knobs.mode === 'range';
-    const ask: Ask = {
-      camera: {
-        eye: city.absolute(this.rig.pose.eye),
-        quaternion: this.stage.camera.quaternion.toArray() as [number, number, number, number],
-        fov_y_deg: FOV_Y,
-        viewport: this.stage.viewport,
-      },
-      lod: lod(knobs),
-      effects: effects(knobs, city.collection.effects, this.rig.speed),
-    };
+    const { turn: quaternion, viewport } = this.stage;
+    const camera: Camera = { eye: city.absolute(this.rig.pose.eye), quaternion, fov_y_deg: FOV_Y, viewport };
+    const ask: Ask = { camera, lod: lod(knobs), effects: effects(knobs, city.collection.effects, this.rig.speed) };
     const same = JSON.stringify(ask) === JSON.stringify({ ...this.asked, feedback: undefined });
-    if (same && !this.due && !(controlled && this.fresh)) return;
-    if (controlled) ask.feedback = this.feedback();
+    if (same && !this.due && !(controlled && this.untold.any)) return;
+    if (controlled) ask.feedback = { target_ms: knobs.target_ms, ...this.untold.take() };
     this.due = false;
     this.asked = ask;
     city.ask(ask);
-    if (this.sloped) this.ground?.ask(ask);
-  }
-
-  private feedback(): Feedback {
-    const { fresh } = this;
-    const target_ms = this.knobs.target_ms;
-    this.fresh = undefined;
-    if (!fresh || fresh.far_dist_m === undefined) return { target_ms };
-    return { target_ms, frame_ms: fresh.frame_ms, far_dist_m: fresh.far_dist_m };
+    if (this.laid) this.ground?.ask(ask);
   }
 
   /** What the present picture was drawn with, m; none outside range mode or where all is drawn. */
@@ -285,22 +286,11 @@ export class App {
   }
 
   private figures(now: number): void {
-    const { panel } = this.around;
-    const answer = this.city?.answer;
-    if (answer) {
-      panel.objects.push(answer.count);
-      panel.far.push(answer.lod.mode === 'range' ? this.far ?? Infinity : NaN);
-      panel.error.push(answer.lod.error_px ?? Infinity);
-    }
-    if (now - this.written.figures > FIGURES && this.city) {
+    const { city, around: { panel } } = this;
+    if (city?.answer) panel.push(city.answer, this.far);
+    if (city && now - this.written.figures > FIGURES) {
       this.written.figures = now;
-      const { city, knobs } = this;
-      for (const meter of [panel.frame, panel.far, panel.objects, panel.error]) meter.show();
-      panel.set(knobs, false);
-      const ends = city.answer ? city.levels.ends(city.answer.lod, knobs.beyond) : [];
-      panel.explain(knobs.tint, city.answer, ends);
-      panel.say(city.way, city.answer, city.chunks.pending);
-      panel.tell(this.sloped ? this.ground?.figures : undefined);
+      panel.write(city, this.knobs, this.laid ? this.ground?.figures : undefined);
     }
     if (now - this.written.hash > 400 && this.city && !this.pilot) {
       this.written.hash = now;
@@ -330,12 +320,9 @@ export class App {
     this.stage.pick(hit.object);
     this.stir();
     try {
-      const id = await city.chunks.id(hit.object);
-      const link = at(city.collection.id, `/items/${encodeURIComponent(id)}`);
-      const item = await json<Item>(link);
       const from = this.frozen?.pose ?? this.rig.pose;
-      const viewport = this.stage.viewport;
-      this.around.picked.show(item, why(item, city.absolute(from.eye), viewport[1], city, this.knobs, this.frozen !== undefined), link);
+      const { item, why, link } = await about(hit.object, city, from.eye, this.stage.viewport[1], this.knobs, this.frozen !== undefined);
+      this.around.picked.show(item, why, link);
     } catch (error) {
       this.problem({ detail: error instanceof Error ? error.message : String(error) });
     }
@@ -353,44 +340,31 @@ export class App {
   }
 
   private problem(problem: Problem): void {
-    const where = problem.pointer ? ` (${problem.pointer})` : '';
-    this.around.toast(`${problem.detail ?? problem.title ?? 'The service refused.'}${where}`);
-  }
-
-  private home(): Pose {
-    const city = this.city;
-    const { min, max } = city?.bounds ?? { min: [0, 0, 0], max: [0, 0, 0] };
-    const pose: Pose = { eye: [0, 0, 0], heading: 34, pitch: -17 };
-    const away = Math.min(Math.max(this.extent * 0.4, 120), 2400);
-    const [fx, fy, fz] = forward(pose);
-    // A little beyond the middle, so that the city fills the picture.
-    const aim = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, min[2]];
-    pose.eye = [aim[0]! - fx * away, aim[1]! - fy * away, aim[2]! - fz * away];
-    return pose;
+    this.around.toast(told(problem));
   }
 
   private get extent(): number {
-    const { min, max } = this.city?.bounds ?? { min: [0, 0, 0], max: [1000, 1000, 0] };
-    return Math.max(max[0] - min[0], max[1] - min[1], 100);
+    return this.city ? extent(this.city.bounds) : 1000;
   }
 
-  /** Whether the ground is drawn as it is. */
-  private get sloped(): boolean {
+  /** Whether the scene has ground and it is drawn. */
+  private get laid(): boolean {
     return this.ground !== undefined && !this.knobs.without.has('terrain');
   }
 
   /** Height of the ground under the eye, m. */
   private get level(): number {
     const [x, y] = this.rig.pose.eye;
-    return this.sloped ? this.ground!.height(x, y) : this.floor;
+    return this.laid ? this.ground!.height(x, y) : this.plane;
   }
 
-  private floor = 0;
+  /** Height of the plane that is drawn in want of ground, m. */
+  private plane = 0;
 
   private settle(level: number, even: boolean): void {
     this.even = even;
-    this.floor = level;
-    this.stage.floor(level);
+    this.plane = level;
+    this.stage.level(level);
     const blocked = (x: number, y: number, z: number) => this.city?.instances.blocked(x, y, z, 0.5) ?? false;
     const { pose } = this.rig;
     const under = () => this.level;
@@ -406,7 +380,7 @@ export class App {
     const haze = this.city?.collection.effects.haze;
     if (haze && !this.knobs.without.has('haze')) this.stage.haze(haze.visibility_m);
     else this.stage.clear(this.extent);
-    this.stage.shade(this.even && !this.sloped && this.knobs.shadows);
+    this.stage.cast(this.knobs.shadows, this.knobs.shadows && this.even);
   }
 
   private buttons(): void {

@@ -4,7 +4,7 @@
  * use, and some more.
  */
 
-import { at, bytes, json, type Items } from './api';
+import { at, bytes, json, type Items, passes } from './api';
 
 /** Objects a chunk. */
 export const CHUNK = 4096;
@@ -14,6 +14,9 @@ export const BOX = 6;
 
 /** Fetches at once: as many as browsers open connections to a host, less one for what the user does. */
 const AT_ONCE = 5;
+
+/** Time after which what failed is fetched again, ms. */
+const AGAIN = 1000;
 
 /** Chunks kept though nothing of them is drawn: 50 MB. */
 const SPARE = 512;
@@ -37,6 +40,10 @@ export class Chunks {
   private readonly all = new Map<number, Chunk>();
   private waiting: Chunk[] = [];
   private running = 0;
+  /** Failed, and to be fetched again. */
+  private failing = 0;
+  /** Of those fetched since nothing was pending. */
+  private done = 0;
   private readonly abort = new AbortController();
 
   constructor(
@@ -50,7 +57,12 @@ export class Chunks {
 
   /** Chunks that are wanted and not here yet. */
   get pending(): number {
-    return this.waiting.length + this.running;
+    return this.waiting.length + this.running + this.failing;
+  }
+
+  /** How much of what was wanted together is here, 0 to 1; 1 where nothing is pending. */
+  get progress(): number {
+    return this.pending === 0 ? 1 : this.done / (this.done + this.pending);
   }
 
   /** The chunk that an object is in. */
@@ -98,6 +110,7 @@ export class Chunks {
     this.running += 1;
     void this.load(chunk).finally(() => {
       this.running -= 1;
+      this.done = this.pending === 0 ? 0 : this.done + 1;
       this.next();
     });
     this.next();
@@ -119,8 +132,17 @@ export class Chunks {
       this.arrived(chunk);
     } catch (error) {
       if (this.abort.signal.aborted) return;
-      chunk.asked = false;
       this.failed(error);
+      if (!passes(error)) return;
+      this.failing += 1;
+      // Not counted as done.
+      this.done -= 1;
+      setTimeout(() => {
+        this.failing -= 1;
+        if (this.abort.signal.aborted) return;
+        this.waiting.push(chunk);
+        this.next();
+      }, AGAIN);
     }
   }
 

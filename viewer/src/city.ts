@@ -1,9 +1,10 @@
 /** One scene on the page: its boxes, what is drawn of it, and the way to the service. */
 
-import type { Answer, Ask, Collection, Problem, Vec3 } from './api';
+import { type Answer, type Ask, type Collection, type Problem, Refused, type Vec3 } from './api';
 import { type Chunk, Chunks } from './chunks';
 import { Levels } from './knobs';
 import { Link, type Way } from './link';
+import type { Bounds } from './overview';
 import { Instances } from './stage/instances';
 
 export interface CityEvents {
@@ -36,8 +37,12 @@ export class City {
   ) {
     const { id, revision, objects, classes } = collection;
     this.levels = new Levels(collection);
-    this.chunks = new Chunks(id, revision, objects, classes.length, (chunk) => this.arrive(chunk), (error) =>
-      events.problem({ title: 'Boxes could not be fetched', detail: error instanceof Error ? error.message : String(error) }));
+    this.chunks = new Chunks(id, revision, objects, classes.length, (chunk) => this.arrive(chunk), (error) => {
+      // A service that is gone, or has another city now, is reported by the link.
+      const status = error instanceof Refused ? error.problem.status : undefined;
+      if (status === 0 || status === 409) return;
+      events.problem({ detail: `Boxes could not be fetched: ${error instanceof Error ? error.message : String(error)}` });
+    });
     this.instances = new Instances(this.chunks, (object) => this.levels.of(object));
     this.link = new Link(id, {
       answer: (answer) => this.take(answer),
@@ -70,7 +75,7 @@ export class City {
   }
 
   /** Corners relative to the origin; a square kilometre where there is nothing. */
-  get bounds(): { min: Vec3; max: Vec3 } {
+  get bounds(): Bounds {
     const bounds = this.collection.bounds;
     if (!bounds) return { min: [-500, -500, 0], max: [500, 500, 0] };
     return {

@@ -40,13 +40,13 @@ function toast(text: string): void {
   box.textContent = text;
   box.classList.add('shown');
   clearTimeout(Number(box.dataset['timer']));
-  box.dataset['timer'] = String(setTimeout(() => box.classList.remove('shown'), 5000));
+  box.dataset['timer'] = String(setTimeout(() => box.classList.remove('shown'), 3000 + 40 * text.length));
 }
 
 /** Nothing can be shown: says why and what to do. */
 function despair(title: string, text: string): void {
-  document.body.append(
-    h('main', { class: 'despair card' }, h('h1', {}, title), h('p', {}, text),
+  document.body.replaceChildren(
+    h('main', { class: 'despair card', role: 'alert' }, h('h1', {}, title), h('p', {}, text),
       h('p', {}, h('a', { href: '/about' }, 'What the service offers'), ' works without pictures.')),
   );
 }
@@ -56,12 +56,13 @@ async function start(): Promise<void> {
   if (/^#[a-z-]+$/.test(location.hash)) location.replace(`/about${location.hash}`);
   paint();
   const { collections } = await json<{ collections: Collection[] }>('/collections');
-  const first = collections.find((c) => c.objects > 0) ?? collections[0];
-  if (!first) return despair('No scene is being served.', 'Start the service with a city: citylod serve town.citylod');
+  const first = () => collections.find((c) => c.objects > 0) ?? collections[0];
+  if (!first()) return despair('No scene is being served.', 'Start the service with a city: citylod serve town.citylod');
 
   const canvas = document.querySelector('canvas')!;
-  const scenes = h('select', { 'aria-label': 'Scene', onchange: () => open(scenes.value, {}) },
-    ...collections.map((c) => h('option', { value: c.id }, c.title)));
+  const scenes = h('select', { 'aria-label': 'Scene', onchange: () => follow(`#scene=${encodeURIComponent(scenes.value)}`) });
+  const offer = () => scenes.replaceChildren(...collections.map((c) => h('option', { value: c.id }, c.title)));
+  offer();
   const facts = h('span', { class: 'facts' });
   const themeButton = h('button', { type: 'button', title: 'Light, dark or as the system has it (N)', onclick: () => turn() });
   const links = h('nav', {}, h('a', { href: '/about' }, 'About'), h('a', { href: '/api' }, 'API'), themeButton);
@@ -78,20 +79,30 @@ async function start(): Promise<void> {
   });
   document.body.append(
     h('header', { class: 'bar card' }, h('a', { class: 'brand', href: '/about', title: 'About citylod' }, 'city', h('b', {}, 'lod')), scenes, facts),
-    panel.element, picked.element, docked.element, helping,
+    panel.progress, panel.element, picked.element, docked.element, helping,
   );
   if (matchMedia('(max-width: 46rem), (max-height: 34rem)').matches) panel.fold();
 
-  function open(scene: string, place: hash.Place): void {
-    const collection = collections.find((c) => c.id === scene) ?? first!;
+  /** Opens what an address says, and tells what of it there is not. */
+  function follow(address: string, news: string[] = []): void {
+    const otherwise = first();
+    if (!otherwise) return toast('No scene is being served any more.');
+    const { collection, place, faults } = hash.settle(hash.read(address), collections, otherwise);
     app?.open(collection, place);
+    if (news.length + faults.length > 0) toast([...news, ...faults].join(' '));
   }
 
-  async function reload(scene: string): Promise<void> {
-    const list = await json<{ collections: Collection[] }>('/collections');
-    collections.splice(0, collections.length, ...list.collections);
-    open(scene, hash.read(location.hash));
-    toast('The city was exchanged for a newer one.');
+  /** Another set of scenes is served. Asks again while the service begins anew. */
+  async function reload(): Promise<void> {
+    try {
+      const list = await json<{ collections: Collection[] }>('/collections');
+      collections.splice(0, collections.length, ...list.collections);
+    } catch {
+      setTimeout(() => void reload(), 1000);
+      return;
+    }
+    offer();
+    follow(location.hash, ['The city was exchanged for a newer one.']);
   }
 
   function turn(): void {
@@ -113,10 +124,10 @@ async function start(): Promise<void> {
       buttons: (state) => docked.set(state),
       opened: (collection) => {
         scenes.value = collection.id;
-        facts.textContent = `${collection.objects.toLocaleString('en')} objects`;
+        facts.textContent = `${collection.objects.toLocaleString('en')} object${collection.objects === 1 ? '' : 's'}`;
         document.title = `${collection.title} · citylod`;
       },
-      reload: (scene) => void reload(scene),
+      reload: () => void reload(),
     });
   } catch {
     return despair('This browser cannot draw the city.', 'The viewer needs WebGL 2. Try another browser, or allow hardware acceleration.');
@@ -124,8 +135,7 @@ async function start(): Promise<void> {
   window.citylod = app;
   root.classList.toggle('slow', app.stage.slow);
   docked.stick((at) => input(at));
-  const place = hash.read(location.hash);
-  open(place.scene ?? first.id, place);
+  follow(location.hash);
   repaint();
   root.classList.add('ready');
 
@@ -134,10 +144,7 @@ async function start(): Promise<void> {
   }
 
   dark.addEventListener('change', repaint);
-  addEventListener('hashchange', () => {
-    const place = hash.read(location.hash);
-    open(place.scene ?? first.id, place);
-  });
+  addEventListener('hashchange', () => follow(location.hash));
   addEventListener('keydown', (event) => {
     const typing = event.target instanceof HTMLElement && event.target.matches('select, textarea, input:not([type=range]):not([type=checkbox])');
     if (!app || typing || event.ctrlKey || event.metaKey || event.altKey || helping.open) return;

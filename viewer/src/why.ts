@@ -1,14 +1,23 @@
 /** Why an object is drawn, in a sentence. */
 
-import type { Item, Vec3 } from './api';
+import { at, type Item, json, type Vec3 } from './api';
 import type { City } from './city';
 import type { Knobs } from './knobs';
 import type { Why } from './panel/picked';
 import { length, short } from './panel/dom';
 import { FOV_Y } from './stage';
 
+/** An object, why it is drawn, and where all of it is; for an eye relative to the scene's origin. */
+export async function about(
+  object: number, city: City, eye: Vec3, height: number, knobs: Knobs, frozen: boolean,
+): Promise<{ item: Item; why: Why; link: string }> {
+  const link = at(city.collection.id, `/items/${encodeURIComponent(await city.chunks.id(object))}`);
+  const item = await json<Item>(link);
+  return { item, why: why(item, city.absolute(eye), height, city, knobs, frozen), link };
+}
+
 /** For an eye in scene coordinates and a picture so many pixels high. */
-export function why(item: Item, eye: Vec3, height: number, city: City, knobs: Knobs, frozen: boolean): Why {
+function why(item: Item, eye: Vec3, height: number, city: City, knobs: Knobs, frozen: boolean): Why {
   const [x0, y0, z0, x1, y1, z1] = item.bounds;
   const off = (v: number, low: number, high: number) => Math.max(low - v, 0, v - high);
   const distance = Math.hypot(off(eye[0], x0, x1), off(eye[1], y0, y1), off(eye[2], z0, z1));

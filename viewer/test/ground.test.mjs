@@ -63,7 +63,7 @@ async function stand(place) {
     await pause(25);
     if (k > 8 && here()) break;
   }
-  const { geometry } = app.stage.relief;
+  const { geometry } = app.stage.ground;
   return {
     settled: here(),
     camera: app.ground.answered.camera,
@@ -72,7 +72,7 @@ async function stand(place) {
     origin: app.city.collection.origin,
     positions: [...geometry.getAttribute('position').array],
     index: [...geometry.index.array],
-    visible: app.stage.relief.visible,
+    visible: app.stage.ground.visible,
     plane: app.stage.plane.visible,
   };
 }
@@ -226,12 +226,12 @@ test('the ground on the page is what the service answers', { skip: missing }, ()
 
 test('the ground can be switched off, and other scenes have none', { skip: missing }, () => withPage(cities, {}, async (page, { base }) => {
   await go(page, base, 'hills');
-  await page.waitForFunction(() => window.citylod.stage.relief.visible, undefined, { timeout: 30_000 });
+  await page.waitForFunction(() => window.citylod.stage.ground.visible, undefined, { timeout: 30_000 });
   const toggle = page.locator('label.toggle', { hasText: 'Terrain' }).locator('input');
   await toggle.evaluate((input) => input.click());
-  await page.waitForFunction(() => !window.citylod.stage.relief.visible && window.citylod.stage.plane.visible);
+  await page.waitForFunction(() => !window.citylod.stage.ground.visible && window.citylod.stage.plane.visible);
   await toggle.evaluate((input) => input.click());
-  await page.waitForFunction(() => window.citylod.stage.relief.visible && !window.citylod.stage.plane.visible, undefined, { timeout: 30_000 });
+  await page.waitForFunction(() => window.citylod.stage.ground.visible && !window.citylod.stage.plane.visible, undefined, { timeout: 30_000 });
   // Who walks stands on it.
   await page.evaluate(() => window.citylod.way('walk'));
   await page.waitForFunction(() => {
@@ -240,14 +240,14 @@ test('the ground can be switched off, and other scenes have none', { skip: missi
     return Math.abs(eye[2] - app.ground.height(eye[0], eye[1]) - 1.7) < 0.1;
   }, undefined, { timeout: 30_000 });
   await go(page, base, 'level');
-  const level = await page.evaluate(() => [window.citylod.ground === undefined, window.citylod.stage.relief.visible, window.citylod.stage.plane.visible]);
+  const level = await page.evaluate(() => [window.citylod.ground === undefined, window.citylod.stage.ground.visible, window.citylod.stage.plane.visible]);
   assert.deepEqual(level, [true, false, true]);
   assert.equal(await page.locator('label.toggle', { hasText: 'Terrain' }).count(), 0);
 }));
 
 test('ground that could not be had is asked for again while nothing moves', { skip: missing }, () => withPage(cities, {}, async (page, { base }, errors) => {
   await go(page, base, 'hills');
-  await page.waitForFunction(() => window.citylod.stage.relief.visible && window.citylod.ground.settled);
+  await page.waitForFunction(() => window.citylod.stage.ground.visible && window.citylod.ground.settled);
   for (const failing of ['**/visible', '**/ground/*/*/*']) {
     let failed = 0;
     await page.route(failing, (route) => {
@@ -255,10 +255,80 @@ test('ground that could not be had is asked for again while nothing moves', { sk
       return failed <= 2 ? route.abort() : route.continue();
     });
     await go(page, base, 'hills');
-    await page.waitForFunction(() => window.citylod.stage.relief.visible && window.citylod.ground.settled, undefined, { timeout: 30_000 });
+    await page.waitForFunction(() => window.citylod.stage.ground.visible && window.citylod.ground.settled, undefined, { timeout: 30_000 });
     assert.ok(failed > 2, `${failing}: ${failed}`);
     await page.unroute(failing);
   }
   assert.ok(errors.every((error) => /ERR_FAILED/.test(error)), `${errors}`);
   errors.length = 0;
+}));
+
+/**
+ * In the page: of places on the ground in the picture, how many are darker with shadows than
+ * without, and how many have a box between them and the sun.
+ */
+function shade() {
+  const { stage, city } = window.citylod;
+  const [width, height] = stage.viewport;
+  const gl = document.querySelector('#view').getContext('webgl2');
+  const picture = (on) => {
+    stage.cast(on, on);
+    stage.draw(undefined);
+    const pixels = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels;
+  };
+  const [lit, dark] = [picture(false), picture(true)];
+  const sun = stage.uniforms.uSun.value.toArray();
+  const eye = stage.camera.position.toArray();
+  const found = { both: 0, drawn: 0, due: 0, lighter: 0 };
+  for (let y = 0; y < height; y += 1) {
+    for (let x = 0; x < width; x += 1) {
+      const hit = stage.meet(((x + 0.5) / width) * 2 - 1, ((y + 0.5) / height) * 2 - 1);
+      if (!hit || hit.object !== undefined || hit.along > 400) continue;
+      const at = 4 * (y * width + x);
+      const change = dark[at] - lit[at];
+      const place = eye.map((v, k) => v + hit.along * hit.way[k]);
+      // What a hand's breadth of height would change is not judged: the triangles drawn are not the finest.
+      const [due, ...about] = [0, 0.5, -0.5].map((dz) => city.instances.meet([place[0], place[1], place[2] + dz], sun) !== undefined);
+      if (about.some((other) => other !== due)) continue;
+      if (change > 0) found.lighter += 1;
+      if (due && change < 0) found.both += 1;
+      else if (due) found.due += 1;
+      else if (change < 0) found.drawn += 1;
+    }
+  }
+  return found;
+}
+
+test('shadows lie on the ground where a box stands before the sun', { skip: missing }, () => withPage(cities, {}, async (page, { base }) => {
+  await go(page, base, 'hills');
+  const boxes = await page.evaluate(() => {
+    const { city, ground } = window.citylod;
+    const places = Array.from({ length: city.instances.count }, (_, slot) => {
+      const [, , , x, y, z] = city.instances.box(slot);
+      const [u, v] = [x + 0.9, y + 0.6];
+      return { top: city.absolute([x, y, z]), foot: city.absolute([u, v, ground.height(u, v) + 1.7]) };
+    });
+    // Not where the hill behind the house is higher than the house.
+    return places.filter(({ top, foot }) => top[2] - foot[2] > 2).slice(0, 3);
+  });
+  assert.equal(boxes.length, 3);
+  const seen = { above: 0, within: 0 };
+  for (const { top, foot } of boxes) {
+    for (const [kind, place] of [
+      ['above', { eye: [top[0], top[1], top[2] + 50], heading: 0, pitch: -85 }],
+      ['within', { eye: foot, heading: 40, pitch: -80 }],
+    ]) {
+      const { settled } = await page.evaluate(stand, place);
+      assert.ok(settled, 'the ground came');
+      const found = await page.evaluate(shade);
+      const where = `${kind}: ${JSON.stringify(found)} from ${place.eye}`;
+      assert.equal(found.lighter, 0, where);
+      assert.ok(found.drawn + found.due <= 0.01 * found.both + 10, where);
+      seen[kind] += found.both;
+    }
+  }
+  console.log(`pixels of shadow: ${JSON.stringify(seen)}`);
+  assert.ok(seen.above > 1000 && seen.within > 10_000, JSON.stringify(seen));
 }));

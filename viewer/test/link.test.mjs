@@ -1,7 +1,9 @@
 /** The page finds its way back: after a stream that was closed for silence, after a restart. */
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { ended, missing, serve, shown, withPage } from './page.mjs';
+import { writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { citylod, ended, missing, serve, shown, withPage } from './page.mjs';
 
 /** In the page: looks elsewhere. */
 const turn = (heading) => {
@@ -65,3 +67,34 @@ test('a service that was restarted is found again', { skip: missing }, () =>
     errors.length = 0;
     await still(page, held.base, 30);
   }));
+
+/** Writes a city of so many houses where there may be one. */
+function build(folder, houses) {
+  const house = (k) => `o house${k}\nv ${20 * k} 0 0\nv ${20 * k + 9} 0 0\nv ${20 * k + 9} 12 8\nv ${20 * k} 12 8\nf -4 -3 -2\nf -4 -2 -1\n`;
+  writeFileSync(join(folder, 'town.obj'), Array.from({ length: houses }, (_, k) => house(k)).join(''));
+  citylod(folder, 'import', 'town.obj', '-o', 'town.citylod');
+  return join(folder, 'town.citylod');
+}
+
+test('a city that was exchanged is shown, and told', { skip: missing }, () => {
+  let folder;
+  const first = (at) => [build((folder = at), 1)];
+  return withPage(first, {}, async (page, held, errors) => {
+    assert.equal(await page.locator('.facts').textContent(), '1 object');
+    const eye = await page.evaluate(() => window.citylod.rig.pose.eye);
+    // The list of scenes cannot be had at once: it is asked for again.
+    let failed = 0;
+    await page.route('**/collections', (route) => (failed++ < 1 ? route.abort() : route.continue()));
+    build(folder, 3);
+    held.service.kill('SIGHUP');
+    await page.waitForFunction(() => window.citylod.city.collection.objects === 3 && window.citylod.city.answer?.count === 3, undefined, { timeout: 30_000 });
+    assert.match(await page.locator('.toast.shown').textContent(), /exchanged/);
+    assert.equal(await page.locator('.facts').textContent(), '3 objects');
+    assert.equal(failed, 2);
+    // Seen from where it was seen before, though its origin is another now.
+    const [before, now] = [eye, await page.evaluate(() => window.citylod.rig.pose.eye)];
+    assert.ok(Math.abs(before[2] - now[2]) < 0.02, `${before} ${now}`);
+    assert.ok(errors.every((text) => text.includes('ERR_FAILED')), errors.join('\n'));
+    errors.length = 0;
+  });
+});

@@ -45,10 +45,11 @@ export const shown = () => window.citylod?.city?.answer && window.citylod.city.c
 /**
  * Runs with a service over these files and a page that shows it. In place of the files may be what
  * makes cities in a folder and gives their paths. `options` are more words for the
- * service, and what to do with the page before it is opened. No error may come to the console, but
+ * service, what to do with the page before it is opened, and the screen: its size in CSS pixels and
+ * pixels of its own for each. No error may come to the console, but
  * those that `run` removes from the list.
  */
-export async function withPage(files, { words = [], prepare, size = { width: 480, height: 320 } }, run) {
+export async function withPage(files, { words = [], prepare, size = { width: 480, height: 320 }, scale = 1 }, run) {
   const folder = mkdtempSync(join(tmpdir(), 'citylod-viewer-'));
   const cities = typeof files === 'function' ? files(folder) : files.map((file) => {
     citylod(folder, 'import', file, '-o', 'real.citylod');
@@ -57,7 +58,7 @@ export async function withPage(files, { words = [], prepare, size = { width: 480
   const held = await serve('127.0.0.1:0', [...words, ...cities]);
   let context;
   try {
-    context = await chromium.launchPersistentContext(join(folder, 'profile'), { executablePath: browser, args: flags, viewport: size });
+    context = await chromium.launchPersistentContext(join(folder, 'profile'), { executablePath: browser, args: flags, viewport: size, deviceScaleFactor: scale });
     const page = await context.newPage();
     const errors = [];
     page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));

@@ -1,10 +1,10 @@
 /**
  * The ground of a scene: asks for the patches of a view, fetches the tiles that they lie in, and
- * hands on the surface once it is whole. One question at a time, the newest view next.
+ * hands on the triangles once it is whole. One question at a time, the newest view next.
  */
 
-import { type AnswerHead, type Ask, at, type Collection, post, Refused, type Problem, type Vec3 } from '../api';
-import { type Patch, type Surface, surface } from './surface';
+import { type AnswerHead, type Ask, at, type Collection, passes, post, Refused, type Problem, type Vec3 } from '../api';
+import { type GroundMesh, mesh, type Patch } from './mesh';
 import { Tiles } from './tiles';
 
 /** Time between questions, ms: the ground changes little from frame to frame. */
@@ -21,7 +21,7 @@ export interface Figures {
 }
 
 export interface GroundEvents {
-  drawn(surface: Surface): void;
+  drawn(mesh: GroundMesh): void;
   problem(problem: Problem): void;
 }
 
@@ -30,7 +30,7 @@ type Answered = AnswerHead & { effects: { terrain?: Figures & { list?: Patch[] }
 export class Ground {
   readonly tiles: Tiles;
   figures: Figures | undefined;
-  /** What the present surface answers. */
+  /** What the triangles drawn now answer. */
   answered: Ask | undefined;
   private wanted: Ask | undefined;
   private busy = false;
@@ -50,7 +50,7 @@ export class Ground {
     return collection.ground ? new Ground(collection, collection.ground, events) : undefined;
   }
 
-  /** Whether the surface is that of the view asked for last. */
+  /** Whether what is drawn is that of the view asked for last. */
   get settled(): boolean {
     return !this.busy && this.wanted === undefined;
   }
@@ -119,7 +119,7 @@ export class Ground {
         if (!this.abort.signal.aborted && this.last !== '') {
           this.figures = figures;
           this.answered = ask;
-          this.events.drawn(surface(this.tiles, heights));
+          this.events.drawn(mesh(this.tiles, heights));
         }
       }
     } catch (error) {
@@ -127,9 +127,8 @@ export class Ground {
       const status = error instanceof Refused ? error.problem.status : undefined;
       // A service that is gone or begins anew is reported by the objects.
       if (error instanceof Refused && status && status !== 409) this.events.problem(error.problem);
-      // What is wrong with a question stays so; all else may pass while nothing moves.
-      const wrong = status !== undefined && status >= 400 && status < 500 && ![408, 409, 429].includes(status);
-      if (!wrong && this.last !== '') {
+      // While nothing moves too.
+      if (passes(error) && this.last !== '') {
         this.wanted ??= ask;
         pause = AGAIN;
       }

@@ -48,9 +48,25 @@ export function segmented<T extends string>(
       h('span', {}, option.text),
     ),
   );
+  const element = h('div', { class: 'segmented', role: 'radiogroup', 'aria-label': label }, ...buttons);
+  // One stop for Tab; arrows choose, and do not steer.
+  element.addEventListener('keydown', (event) => {
+    const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+    const at = buttons.findIndex((button) => button === event.target);
+    if (by === undefined || at < 0) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const to = (at + by + options.length) % options.length;
+    buttons[to]!.focus();
+    chosen(options[to]!.value);
+  });
   return {
-    element: h('div', { class: 'segmented', role: 'radiogroup', 'aria-label': label }, ...buttons),
-    set: (value) => options.forEach((o, k) => buttons[k]!.setAttribute('aria-checked', String(o.value === value))),
+    element,
+    set: (value) => options.forEach((option, k) => {
+      const on = option.value === value;
+      buttons[k]!.setAttribute('aria-checked', String(on));
+      buttons[k]!.tabIndex = on ? 0 : -1;
+    }),
   };
 }
 

@@ -5,7 +5,9 @@ import { h } from './dom';
 const GROUPS: [string, [string, string][]][] = [
   ['Move', [
     ['1 2 3', 'Orbit, fly, walk'],
-    ['W A S D, arrows', 'Move'],
+    ['W A S D', 'Move'],
+    ['Arrows', 'Turn'],
+    ['+ −', 'Nearer, farther'],
     ['E Q', 'Up, down'],
     ['Shift', 'Faster'],
     ['Home', 'The whole city'],
@@ -24,6 +26,7 @@ const GROUPS: [string, [string, string][]][] = [
     ['Stick', 'Fly and walk'],
   ]],
   ['See', [
+    ['Enter', 'What is in the middle, and why is it drawn'],
     ['F', 'Freeze the selection and step outside'],
     ['L', 'Colours: class, level, height'],
     ['C', 'Controller on or off'],
@@ -40,7 +43,7 @@ export function help(): HTMLDialogElement {
       h('dt', {}, ...keys.split(', ').map((k) => h('kbd', {}, k))), h('dd', {}, what),
     ]))));
   const dialog: HTMLDialogElement = h('dialog', { class: 'helping card', 'aria-label': 'Help', onclick: (e: Event) => e.target === dialog && dialog.close() },
-    h('form', { method: 'dialog' }, h('button', { class: 'close', title: 'Close (Esc)' }, '×')),
+    h('form', { method: 'dialog' }, h('button', { class: 'close', title: 'Close (Esc)', 'aria-label': 'Close' }, '×')),
     h('h2', {}, 'Find your way'),
     h('div', { class: 'columns' }, ...groups),
     h('p', {}, 'Near the camera every object is drawn. With distance districts thin out, level by level, down to the representatives that stand for them. The address of this page holds where you are: share it.'),

@@ -1,6 +1,7 @@
 /** The panel: figures with their history, the knobs, colours and effects. */
 
 import type { Answer, Collection, Mode } from '../api';
+import type { City } from '../city';
 import type { Figures } from '../ground';
 import type { Way } from '../link';
 import type { Knobs, Levels } from '../knobs';
@@ -35,6 +36,9 @@ export class Panel {
   private readonly note = h('small', { hidden: true });
   private readonly legend = h('ul', { class: 'legend' });
   private readonly status = h('p', { class: 'status', role: 'status' });
+  /** How much of what is drawn has come. */
+  readonly progress = h('progress', { class: 'progress', max: 1, value: 1, 'aria-label': 'Loading boxes' });
+  private readonly more: HTMLElement;
   private readonly parts;
   private readonly sheet;
 
@@ -57,11 +61,11 @@ export class Panel {
       tint: segmented<Tint>('Colours', [
         { value: 'class', text: 'Class' }, { value: 'level', text: 'Level' }, { value: 'height', text: 'Height' },
       ], (tint) => set({ tint })),
-      shadows: toggle('Shadows', 'Boxes cast shadows on level ground', (shadows) => set({ shadows })),
+      shadows: toggle('Shadows', 'Boxes cast shadows on the ground; where none is known, on a plane if they stand about level', (shadows) => set({ shadows })),
     };
     const p = this.parts;
     const meters = h('div', { class: 'meters' }, this.frame.element, this.objects.element, this.far.element, this.error.element);
-    const more = h('button', { type: 'button', class: 'more', title: 'Show or hide the knobs (P)', onclick: () => this.fold() }, h('span', { class: 'sr' }, 'Knobs'));
+    const more = h('button', { type: 'button', class: 'more', title: 'Show or hide the knobs (P)', 'aria-expanded': 'true', onclick: () => this.fold() }, h('span', { class: 'sr' }, 'Knobs'));
     this.sheet = h('div', { class: 'sheet' },
       h('section', {},
         h('h2', {}, 'Detail'), p.mode.element,
@@ -72,13 +76,15 @@ export class Panel {
       h('section', {}, h('h2', {}, 'Colours'), p.tint.element, this.legend),
       h('section', {}, h('h2', {}, 'Picture'), p.shadows.element, this.effects, this.note),
     );
+    this.more = more;
     const foot = h('footer', {}, this.status, links);
     this.element = h('aside', { class: 'panel card', 'aria-label': 'Figures and knobs' }, meters, more, this.sheet, foot);
   }
 
   /** Shows or hides the knobs. */
   fold(): void {
-    this.element.classList.toggle('folded');
+    const folded = this.element.classList.toggle('folded');
+    this.more.setAttribute('aria-expanded', String(!folded));
   }
 
   /** Another scene. */
@@ -106,6 +112,23 @@ export class Panel {
   private classes: string[] = [];
   private knobs: Knobs | undefined;
 
+  /** Remembers the figures of a frame; `far` is what it is drawn with, m. */
+  push(answer: Answer, far: number | undefined): void {
+    this.objects.push(answer.count);
+    this.far.push(answer.lod.mode === 'range' ? far ?? Infinity : NaN);
+    this.error.push(answer.lod.error_px ?? Infinity);
+  }
+
+  /** Writes all that changes by itself. */
+  write(city: City, knobs: Knobs, ground: Figures | undefined): void {
+    for (const meter of [this.frame, this.far, this.objects, this.error]) meter.show();
+    this.set(knobs, false);
+    const ends = city.answer ? city.levels.ends(city.answer.lod, knobs.beyond) : [];
+    this.explain(knobs.tint, city.answer, ends);
+    this.say(city.way, city.answer, city.chunks.progress);
+    this.tell(ground);
+  }
+
   /** Puts the knobs where they are. */
   set(knobs: Knobs, levelTint: boolean): void {
     const p = this.parts;
@@ -129,7 +152,7 @@ export class Panel {
   }
 
   /** What the colours stand for; for levels with how far they reach and how many are drawn. */
-  explain(tint: Tint, answer: Answer | undefined, ends: readonly number[]): void {
+  private explain(tint: Tint, answer: Answer | undefined, ends: readonly number[]): void {
     const row = (colour: string, name: string, reach = '', drawn = '') =>
       h('li', {}, h('i', { style: `background:${colour}` }), h('span', {}, name), h('small', {}, reach), h('b', {}, drawn));
     if (tint === 'height') {
@@ -153,7 +176,7 @@ export class Panel {
   }
 
   /** Says what is drawn of the ground. */
-  tell(ground: Figures | undefined): void {
+  private tell(ground: Figures | undefined): void {
     const within = ground && (ground.error_px === null ? '' : `, within ${short(ground.error_px)} px`);
     const text = ground ? `${grouped(ground.triangles)} triangles of ground${within}` : '';
     if (this.note.textContent !== text) this.note.textContent = text;
@@ -161,11 +184,13 @@ export class Panel {
   }
 
   /** Says how the service is reached and what the last answer took. */
-  say(way: Way, answer: Answer | undefined, pending: number): void {
+  private say(way: Way, answer: Answer | undefined, progress: number): void {
     this.status.dataset['way'] = way;
+    this.progress.value = progress;
+    this.progress.classList.toggle('shown', progress < 1);
     const live = { stream: 'Live', post: 'Live by POST', none: 'Reconnecting…' }[way];
     const took = answer && way !== 'none' ? ` · found in ${short(answer.stats.retrieve_us)} µs` : '';
-    const text = pending > 0 ? 'Loading boxes…' : `${live}${took}`;
+    const text = progress < 1 && way !== 'none' ? 'Loading boxes…' : `${live}${took}`;
     if (this.status.textContent !== text) this.status.textContent = text;
   }
 }

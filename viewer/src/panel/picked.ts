@@ -36,7 +36,7 @@ export class Picked {
       row(name, typeof value === 'object' ? JSON.stringify(value) : String(value)));
     const rest = attributes.length - FEW;
     this.element.replaceChildren(
-      h('button', { type: 'button', class: 'close', title: 'Close (Esc)', onclick: () => this.closed() }, '×'),
+      h('button', { type: 'button', class: 'close', title: 'Close (Esc)', 'aria-label': 'Close', onclick: () => this.closed() }, '×'),
       h('p', { class: 'kind' }, `${item.class} · level ${item.level}`),
       h('h2', {}, item.id),
       h('p', { class: 'why' }, why.sentence),

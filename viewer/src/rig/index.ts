@@ -1,6 +1,6 @@
 /**
  * Moves the eye: orbit, fly, walk. Input says what is wished for (`Wish`), a step of time carries
- * it out smoothly. Knows nothing of the page or of what is drawn but what `Ground` tells.
+ * it out smoothly. Knows nothing of the page or of what is drawn but what `Site` tells.
  */
 
 import type { Vec3 } from '../api';
@@ -9,7 +9,7 @@ import { forward, type Pose } from '../stage';
 export type Way = 'orbit' | 'fly' | 'walk';
 
 /** What the rig asks of the city. */
-export interface Ground {
+export interface Site {
   /** Height of the ground, m. */
   level: number;
   /** Longest side of the city, m. */
@@ -25,6 +25,9 @@ const EYES = 1.7;
 const WALK = 4;
 const RUN = 14;
 
+/** How fast keys turn, degrees a second. */
+const GAZE = 60;
+
 /** How fast movements follow what is wished for, 1/s. */
 const EAGER = 9;
 
@@ -36,7 +39,11 @@ export class Rig {
   way: Way = 'orbit';
   /** Wished movement: right, forward, up, each -1 to 1. */
   wish: Vec3 = [0, 0, 0];
+  /** Wished turn: to the right, up, each -1 to 1. */
+  gaze: [number, number] = [0, 0];
   fast = false;
+  /** Goes at once where it would glide. */
+  calm = false;
   /** Multiplies the speed of flight. */
   throttle = 1;
   /** Distance of what the eye turns about, m. */
@@ -45,17 +52,17 @@ export class Rig {
   speed = 0;
   private velocity: Vec3 = [0, 0, 0];
   private turning: [number, number] = [0, 0];
-  private glide: { to: Pose; along: number } | undefined;
+  private glide: { to: Pose } | undefined;
   private zoom: { way: Vec3; left: number } | undefined;
   private walked = false;
   /** Set down on foot, and not gone anywhere since. */
-  private landed = false;
+  private placed = false;
 
-  constructor(private ground: Ground) {}
+  constructor(private site: Site) {}
 
   /** Another city. */
-  over(ground: Ground): void {
-    this.ground = ground;
+  over(site: Site): void {
+    this.site = site;
     this.stop();
   }
 
@@ -72,32 +79,32 @@ export class Rig {
     this.way = way;
     this.stop();
     this.walked = false;
-    this.landed = false;
+    this.placed = false;
   }
 
   /** Sets the eye down on foot where nobody stands in a wall, as near to there as can be. */
-  land(x: number, y: number): void {
+  setDown(x: number, y: number): void {
     const { pose } = this;
     const eye = this.free(x, y);
     this.choose('walk');
     this.go({ eye, heading: pose.heading, pitch: 0 });
-    this.landed = true;
+    this.placed = true;
   }
 
   /** Steps out of a wall that was not known of when the eye was set down. */
   stepOut(): void {
-    if (!this.landed || this.glide) return;
+    if (!this.placed || this.glide) return;
     const [x, y, z] = this.pose.eye;
-    if (this.ground.blocked(x, y, z)) this.pose.eye = this.free(x, y);
+    if (this.site.blocked(x, y, z)) this.pose.eye = this.free(x, y);
   }
 
   /** The nearest free place on the ground, on a spiral of steps of a metre. */
   private free(x: number, y: number): Vec3 {
-    const z = this.ground.level + EYES;
+    const z = this.site.level + EYES;
     for (let k = 0; k < 2000; k += 1) {
       const [away, turn] = [1.1 * Math.sqrt(k), k * 2.4];
       const at: Vec3 = [x + away * Math.cos(turn), y + away * Math.sin(turn), z];
-      if (!this.ground.blocked(...at)) return at;
+      if (!this.site.blocked(...at)) return at;
     }
     return [x, y, z];
   }
@@ -111,7 +118,8 @@ export class Rig {
   /** Glides there. */
   go(pose: Pose): void {
     this.stop();
-    this.glide = { to: pose, along: 0 };
+    if (this.calm) this.pose = pose;
+    else this.glide = { to: pose };
   }
 
   /** Turns by degrees: the eye itself, or in orbit the eye about what it looks at. */
@@ -133,7 +141,7 @@ export class Rig {
   /** Comes nearer by a share of the way to something in a direction (or goes away, below 0). */
   near(way: Vec3, along: number, share: number): void {
     this.glide = undefined;
-    const step = Math.min(along, this.ground.extent * 2) * share;
+    const step = Math.min(along, this.site.extent * 2) * share;
     const left = this.zoom ? this.zoom.left : 0;
     // What is still left of the zoom before is taken along.
     this.zoom = { way, left: left + step };
@@ -142,12 +150,17 @@ export class Rig {
   /** Whether something moves. */
   get moving(): boolean {
     return this.speed > 0.01 || this.glide !== undefined || this.zoom !== undefined ||
-      this.wish.some((w) => w !== 0) || Math.hypot(...this.turning) > 0.01;
+      [...this.wish, ...this.gaze].some((w) => w !== 0) || Math.hypot(...this.turning) > 0.01;
   }
 
   /** A step of time, s. */
   step(seconds: number): void {
     const from = [...this.pose.eye] as Vec3;
+    if (this.gaze.some((g) => g !== 0)) {
+      // As by hand: in orbit the city is turned.
+      const by = (this.way === 'orbit' ? -1 : 1) * GAZE * seconds;
+      this.turn(this.gaze[0] * by, this.gaze[1] * by);
+    }
     if (this.glide) this.follow(seconds);
     else {
       this.swing(seconds);
@@ -204,7 +217,7 @@ export class Rig {
     const pace = this.pace();
     const k = 1 - Math.exp(-EAGER * seconds);
     const still = wish.every((w) => w === 0);
-    this.landed &&= still;
+    this.placed &&= still;
     this.velocity = this.velocity.map((v, i) => {
       const up = i === 2 && way !== 'walk' ? wish[2] : 0;
       const wished = (right[i]! * wish[0] + ahead[i]! * wish[1] + up) * pace;
@@ -218,11 +231,11 @@ export class Rig {
       return;
     }
     // Along walls, not through them; out of them freely.
-    const inside = this.ground.blocked(x, y, z);
-    const free = (nx: number, ny: number) => inside || !this.ground.blocked(nx, ny, z);
+    const inside = this.site.blocked(x, y, z);
+    const free = (nx: number, ny: number) => inside || !this.site.blocked(nx, ny, z);
     const nx = free(x + vx, y) ? x + vx : x;
     const ny = free(nx, y + vy) ? y + vy : y;
-    const height = this.ground.level + EYES;
+    const height = this.site.level + EYES;
     const fall = this.walked ? 1 : 1 - Math.exp(-7 * seconds);
     if (Math.abs(z - height) < 0.02) this.walked = true;
     pose.eye = [nx, ny, z + (height - z) * fall];
@@ -231,14 +244,16 @@ export class Rig {
   /** Speed at full wish, m/s: the higher above the ground, the faster. */
   private pace(): number {
     if (this.way === 'walk') return this.fast ? RUN : WALK;
-    const above = Math.max(this.pose.eye[2] - this.ground.level, 0);
-    return (12 + above * 0.6) * this.throttle * (this.fast ? 4 : 1);
+    const above = Math.max(this.pose.eye[2] - this.site.level, 0);
+    // In a city of one house, slower: it is soon flown past.
+    const least = Math.min(Math.max(this.site.extent * 0.06, 2), 12);
+    return (least + above * 0.6) * this.throttle * (this.fast ? 4 : 1);
   }
 
   private keepAbove(): void {
     const { eye } = this.pose;
-    const { level, extent } = this.ground;
-    const high = Math.max(extent * 4, 5000);
+    const { level, extent } = this.site;
+    const high = Math.max(extent * 1.5, 1000);
     eye[2] = Math.min(Math.max(eye[2], level + Math.min(EYES, 1.5)), level + high);
   }
 }

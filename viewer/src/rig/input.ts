@@ -19,13 +19,23 @@ export interface InputEvents {
 type Point = { x: number; y: number };
 
 const MOVES: Record<string, [axis: 0 | 1 | 2, by: 1 | -1]> = {
-  KeyW: [1, 1], ArrowUp: [1, 1],
-  KeyS: [1, -1], ArrowDown: [1, -1],
-  KeyD: [0, 1], ArrowRight: [0, 1],
-  KeyA: [0, -1], ArrowLeft: [0, -1],
+  KeyW: [1, 1],
+  KeyS: [1, -1],
+  KeyD: [0, 1],
+  KeyA: [0, -1],
   KeyE: [2, 1], Space: [2, 1],
   KeyQ: [2, -1],
 };
+
+const TURNS: Record<string, [axis: 0 | 1, by: 1 | -1]> = {
+  ArrowRight: [0, 1],
+  ArrowLeft: [0, -1],
+  ArrowUp: [1, 1],
+  ArrowDown: [1, -1],
+};
+
+/** Steps nearer a key press, in notches of a wheel. */
+const STEPS: Record<string, number> = { '+': -1, '=': -1, '-': 1 };
 
 export class Input {
   private readonly pointers = new Map<number, Point>();
@@ -62,9 +72,14 @@ export class Input {
     if (this.pointers.size === 0) this.travelled = 0;
     this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
     this.grip = this.spread();
+    this.grasp();
+    this.events.stir();
+  }
+
+  /** What is in the middle now is what the eye turns about. */
+  private grasp(): void {
     const middle = this.stage.meet(0, 0);
     if (middle) this.rig.reach = middle.along;
-    this.events.stir();
   }
 
   private move(event: PointerEvent): void {
@@ -106,10 +121,15 @@ export class Input {
 
   private wheel(event: WheelEvent): void {
     event.preventDefault();
-    this.events.stir();
     const notches = event.deltaY / (event.deltaMode === 1 ? 3 : 100);
     const at = this.point(event);
-    const hit = this.stage.meet(at.x, at.y);
+    this.nearer(at.x, at.y, notches);
+  }
+
+  /** Comes nearer to what a point of the picture shows, or goes away, by notches. */
+  private nearer(x: number, y: number, notches: number): void {
+    this.events.stir();
+    const hit = this.stage.meet(x, y);
     const along = hit?.along ?? this.rig.reach;
     const way = hit?.way ?? this.stage.meet(0, 0)?.way;
     if (way) this.rig.near(way, along, 1 - 1.18 ** Math.max(Math.min(notches, 4), -4));
@@ -124,7 +144,10 @@ export class Input {
     const typing = event.target instanceof HTMLElement && event.target.matches('input, select, textarea');
     if (down && (typing || event.ctrlKey || event.metaKey || event.altKey)) return;
     this.rig.fast = event.shiftKey;
-    if (!(event.code in MOVES)) return;
+    const step = STEPS[event.key];
+    if (down && step !== undefined) return this.nearer(0, 0, step);
+    if (down && event.key === 'Enter' && event.target === this.canvas) return this.events.click(0, 0);
+    if (!(event.code in MOVES || event.code in TURNS)) return;
     // Space presses the button that has the focus.
     if (event.target instanceof HTMLButtonElement && event.code === 'Space') return;
     if (down) this.keys.add(event.code);
@@ -143,11 +166,16 @@ export class Input {
 
   private wish(): void {
     const wish: [number, number, number] = [this.stick?.x ?? 0, this.stick?.y ?? 0, 0];
+    const gaze: [number, number] = [0, 0];
     for (const code of this.keys) {
-      const [axis, by] = MOVES[code]!;
+      const [axis, by] = MOVES[code] ?? [0, 0];
       wish[axis] = Math.max(-1, Math.min(1, wish[axis] + by));
+      const [about, turn] = TURNS[code] ?? [0, 0];
+      gaze[about] += turn;
     }
     this.rig.wish = wish;
+    this.rig.gaze = gaze;
+    if (gaze.some((g) => g !== 0)) this.grasp();
     this.events.stir();
   }
 

@@ -1,9 +1,11 @@
 /** The picture: sky, ground, boxes and their shadows. Knows nothing of the service. */
 
 import {
+  Box3,
   BufferAttribute,
   BufferGeometry,
   Color,
+  DoubleSide,
   GLSL3,
   Matrix4,
   Mesh,
@@ -15,13 +17,15 @@ import {
 } from 'three';
 import type { Vec3 } from '../api';
 import { classColours, LEVELS, type Tint } from '../colours';
-import type { Surface } from '../ground/surface';
+import type { GroundMesh } from '../ground/mesh';
+import type { Bounds } from '../overview';
 import { Frozen } from './frozen';
 import { CLASSES, type Instances } from './instances';
-import { DAY, NIGHT } from './palette';
-import * as relief from './relief';
+import { DAY, NIGHT, SUN } from './palette';
+import * as laid from './ground';
 import * as shader from './shaders';
 import { type Sample, software, Timing } from './timing';
+import * as volumes from './volumes';
 
 export { Instances } from './instances';
 
@@ -40,9 +44,6 @@ export const FOV_Y = 60;
 /** Most rings drawn on the ground. */
 const RINGS = 8;
 
-/** Where the sun stands. */
-const SUN = new Vector3(-0.52, -0.42, 0.74).normalize();
-
 export class Stage {
   /** Whether the processor draws, in want of a graphics card. */
   readonly slow: boolean;
@@ -52,17 +53,21 @@ export class Stage {
   private readonly frozen = new Frozen();
   readonly timing: Timing;
   private readonly boxes: Mesh;
+  /** Of boxes on the plane. */
   private readonly shadows: Mesh;
-  /** Level ground, and ground as it is; one of them is drawn. */
+  /** A plane in want of ground, and the ground of the scene; one of them is drawn. */
   private readonly plane: Mesh;
-  private readonly relief: Mesh;
-  /** Meets the ground as it is. */
-  private slope: ((eye: Vec3, way: Vec3) => number | undefined) | undefined;
+  private readonly ground: Mesh;
+  /** Of boxes on the ground: their volumes, counted, and the ground within them. */
+  private readonly volumes: Mesh[];
+  private readonly shade: Mesh;
+  /** Meets the ground of the scene. */
+  private meetGround: ((eye: Vec3, way: Vec3) => number | undefined) | undefined;
   private instances: Instances | undefined;
   /** Shared by all materials: a change is seen by all. */
   private readonly uniforms = {
     uEye: { value: new Vector3() },
-    uSun: { value: SUN },
+    uSun: { value: new Vector3(...SUN).normalize() },
     uBack: { value: new Matrix4() },
     uAir: { value: 1e-4 },
     uLevel: { value: 0 },
@@ -89,14 +94,16 @@ export class Stage {
     uKinds: { value: Array.from({ length: CLASSES }, () => new Color(0xe6e0d6)) },
     uLevels: { value: Array.from({ length: 8 }, (_, k) => new Color(LEVELS[k])) },
     uHeights: { value: Array.from({ length: 6 }, () => new Color()) },
-    ...relief.reliefUniforms,
+    ...laid.uniforms,
   };
   private lowest = 0;
+  private readonly bounds = new Box3();
+  private casting = { onGround: false, onPlane: false };
 
   /** @throws where the browser has no WebGL 2. */
   constructor(canvas: HTMLCanvasElement, measured: (sample: Sample) => void) {
     this.slow = software();
-    this.renderer = new WebGLRenderer({ canvas, antialias: !this.slow, alpha: false, stencil: false, powerPreference: 'high-performance' });
+    this.renderer = new WebGLRenderer({ canvas, antialias: !this.slow, alpha: false, stencil: true, powerPreference: 'high-performance' });
     this.renderer.autoClear = false;
     this.timing = new Timing(this.renderer.getContext() as WebGL2RenderingContext, !this.slow, measured);
     this.camera.up.set(0, 0, 1);
@@ -109,47 +116,51 @@ export class Stage {
     const empty = new BufferGeometry();
     this.boxes = this.part(empty, shader.boxVertex, shader.boxFragment, 0);
     this.shadows = this.part(empty, shader.shadowVertex, shader.shadowFragment, 2);
-    this.plane = this.part(plain, shader.groundVertex, shader.groundFragment, 1);
-    this.relief = this.part(empty, relief.reliefVertex, relief.reliefFragment, 1);
-    this.part(triangle, shader.skyVertex, shader.skyFragment, 3);
+    this.plane = this.part(plain, shader.planeVertex, shader.planeFragment, 1);
+    this.ground = this.part(empty, laid.vertex, laid.lit, 1);
+    this.volumes = [true, false].map((back) => {
+      const part = this.part(empty, volumes.vertex, volumes.fragment, 2);
+      volumes.counting(part.material as RawShaderMaterial, back);
+      return part;
+    });
+    this.shade = this.part(empty, laid.vertex, laid.shaded, 3);
+    volumes.counted(this.shade.material as RawShaderMaterial);
+    this.part(triangle, shader.skyVertex, shader.skyFragment, 4);
     // What lies flat on the ground is seen, not fought with.
-    const slope = this.relief.material as RawShaderMaterial;
-    slope.polygonOffset = true;
-    slope.polygonOffsetFactor = 1;
-    slope.polygonOffsetUnits = 4;
-    for (const part of [this.boxes, this.shadows, this.relief]) part.visible = false;
-    // Shadows lie on the ground: drawn just before it, as seen by the depth buffer.
-    const shadow = this.shadows.material as RawShaderMaterial;
-    shadow.polygonOffset = true;
-    shadow.polygonOffsetFactor = -1;
-    shadow.polygonOffsetUnits = -4;
-    shadow.side = 2;
+    for (const part of [this.ground, this.shade]) offset(part, 1);
+    for (const part of [this.boxes, this.ground]) part.visible = false;
+    // Shadows lie on the plane: drawn just before it, as seen by the depth buffer.
+    offset(this.shadows, -1);
+    (this.shadows.material as RawShaderMaterial).side = DoubleSide;
     this.scene.add(this.frozen.group);
     this.night(false);
   }
 
-  /** Shows another scene: its boxes, its classes. */
-  show(instances: Instances, classes: readonly string[]): void {
+  /** Shows another scene: its boxes, its classes, and where they are. */
+  show(instances: Instances, classes: readonly string[], bounds: Bounds): void {
+    this.bounds.set(new Vector3(...bounds.min), new Vector3(...bounds.max));
     this.instances?.dispose();
     this.instances = instances;
     for (const part of [this.boxes, this.shadows]) part.geometry = instances.geometry;
+    for (const part of this.volumes) part.geometry = instances.volumes;
     this.boxes.visible = true;
     classColours(classes).slice(0, CLASSES).forEach((hex, k) => this.uniforms.uKinds.value[k]!.set(hex));
   }
 
-  /** Draws this ground; level ground where there is none. `meet` tells how far a way to it is. */
-  ground(surface: Surface | undefined, meet?: (eye: Vec3, way: Vec3) => number | undefined): void {
-    if (this.relief.visible) this.relief.geometry.dispose();
-    this.relief.visible = surface !== undefined;
-    this.plane.visible = !surface;
-    this.slope = surface && meet;
-    if (surface) this.relief.geometry = relief.geometry(surface.positions, surface.normals, surface.triangles);
+  /** Draws this ground; a plane where there is none. `meet` tells how far a way to it is. */
+  lay(mesh: GroundMesh | undefined, meet?: (eye: Vec3, way: Vec3) => number | undefined): void {
+    if (this.ground.visible) this.ground.geometry.dispose();
+    this.ground.visible = mesh !== undefined;
+    this.plane.visible = !mesh;
+    this.meetGround = mesh && meet;
+    if (mesh) this.ground.geometry = this.shade.geometry = laid.geometry(mesh.positions, mesh.normals, mesh.triangles);
+    this.shadow();
   }
 
-  /** Where the ground is. */
-  floor(level: number): void {
-    this.uniforms.uLevel.value = level;
-    this.lowest = level;
+  /** Height of the plane, and of the ground under the eye, m. */
+  level(height: number): void {
+    this.uniforms.uLevel.value = height;
+    this.lowest = height;
   }
 
   /** Air so clear that a scene of this extent is seen from outside, m. */
@@ -162,9 +173,16 @@ export class Stage {
     this.uniforms.uAir.value = 2 / visibility;
   }
 
-  /** Whether boxes cast shadows; they fall on level ground only. */
-  shade(on: boolean): void {
-    this.shadows.visible = on;
+  /** Whether boxes cast shadows on the ground, and on the plane in want of it. */
+  cast(onGround: boolean, onPlane: boolean): void {
+    this.casting = { onGround, onPlane };
+    this.shadow();
+  }
+
+  private shadow(): void {
+    const { onGround, onPlane } = this.casting;
+    this.shadows.visible = onPlane && this.plane.visible;
+    for (const part of [...this.volumes, this.shade]) part.visible = onGround && this.ground.visible;
   }
 
   night(on: boolean): void {
@@ -185,7 +203,7 @@ export class Stage {
     to.uPickColour.value.copy(from.pick);
     from.heights.forEach((colour, k) => to.uHeights.value[k]!.copy(colour));
     this.frozen.colour(from.ring);
-    relief.colour(on);
+    laid.colour(on);
   }
 
   tint(tint: Tint): void {
@@ -228,18 +246,37 @@ export class Stage {
     return [width, height];
   }
 
+  /** How the camera is turned: x, y, z, w. */
+  get turn(): [number, number, number, number] {
+    return this.camera.quaternion.toArray() as [number, number, number, number];
+  }
+
   place(pose: Pose): void {
     const { camera, uniforms } = this;
     camera.position.set(...pose.eye);
     const [x, y, z] = forward(pose);
     camera.lookAt(pose.eye[0] + x, pose.eye[1] + y, pose.eye[2] + z);
-    camera.near = Math.min(Math.max((pose.eye[2] - this.lowest) * 0.02, 0.4), 20);
+    [camera.near, camera.far] = this.depths();
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
     uniforms.uEye.value.copy(camera.position);
     // Only directions: what is far from the origin would not fit f32.
     const turned = new Matrix4().extractRotation(camera.matrixWorld);
     uniforms.uBack.value.copy(turned).multiply(camera.projectionMatrixInverse);
+  }
+
+  /** Nearest and farthest that is drawn, m: the whole city from wherever, and nothing before the eye cut off. */
+  private depths(): [near: number, far: number] {
+    const { position } = this.camera;
+    const above = Math.max(position.z - this.lowest, 0);
+    const outside = this.bounds.distanceToPoint(position);
+    const near = Math.min(Math.max(above * 0.02, 0.4), 20);
+    const { min, max } = this.bounds;
+    const farthest = Math.hypot(...([0, 1, 2] as const).map((k) => {
+      const at = position.getComponent(k);
+      return Math.max(Math.abs(at - min.getComponent(k)), Math.abs(at - max.getComponent(k)));
+    }));
+    return [Math.max(near, Math.min(0.3 * outside, 0.4 * above)), Math.max(100_000, 1.2 * farthest)];
   }
 
   /** Draws a frame. `far_dist_m` is what it is drawn with, to be told with its time. */
@@ -257,7 +294,7 @@ export class Stage {
     const hit = this.instances?.meet(position.toArray(), way.toArray());
     const down = (this.lowest - position.z) / way.z;
     const level = down > 0 ? down : Infinity;
-    const ground = this.slope ? (this.slope(position.toArray(), way.toArray()) ?? Infinity) : level;
+    const ground = this.meetGround ? (this.meetGround(position.toArray(), way.toArray()) ?? Infinity) : level;
     const along = Math.min(hit?.along ?? Infinity, ground);
     if (!Number.isFinite(along)) return undefined;
     const object = hit && hit.along <= ground ? this.instances?.object(hit.slot) : undefined;
@@ -272,6 +309,14 @@ export class Stage {
     this.scene.add(mesh);
     return mesh;
   }
+}
+
+/** Draws a part so much farther away, as seen by the depth buffer. */
+function offset(part: Mesh, by: 1 | -1): void {
+  const material = part.material as RawShaderMaterial;
+  material.polygonOffset = true;
+  material.polygonOffsetFactor = by;
+  material.polygonOffsetUnits = 4 * by;
 }
 
 /**

@@ -13,6 +13,8 @@ import {
 } from 'three';
 import { BOX, type Chunk, CHUNK, type Chunks } from '../chunks';
 import type { Range } from '../ranges';
+import { SUN } from './palette';
+import { volume } from './volumes';
 
 /** Floats a slot: min x, y, z, number, max x, y, z, key. */
 const SLOT = 8;
@@ -28,6 +30,8 @@ export const CLASSES = 64;
 
 export class Instances {
   readonly geometry = new InstancedBufferGeometry();
+  /** The shadow volume of each box. */
+  readonly volumes = new InstancedBufferGeometry();
   /** Boxes in the buffer. */
   count = 0;
   private data = new Float32Array(ROOM * SLOT);
@@ -41,6 +45,7 @@ export class Instances {
     private readonly levelOf: (object: number) => number,
   ) {
     cube(this.geometry);
+    volume(this.volumes, SUN);
     this.bind();
   }
 
@@ -130,7 +135,7 @@ export class Instances {
   }
 
   dispose(): void {
-    this.geometry.dispose();
+    for (const geometry of [this.geometry, this.volumes]) geometry.dispose();
   }
 
   private each(ranges: readonly Range[], run: (chunk: Chunk, from: number, to: number) => void): void {
@@ -183,7 +188,7 @@ export class Instances {
       this.count -= 1;
     }
     this.holes.length = 0;
-    this.geometry.instanceCount = this.count;
+    this.tally();
     if (this.dirty.length === 0) return;
     const slots = this.dirty.filter((slot) => slot < this.count).sort((a, b) => a - b);
     this.dirty = [];
@@ -205,12 +210,18 @@ export class Instances {
 
   private bind(): void {
     // Frees the buffers on the card; they are made again with the next frame.
-    this.geometry.dispose();
+    this.dispose();
     this.buffer = new InstancedInterleavedBuffer(this.data, SLOT, 1);
     this.buffer.setUsage(DynamicDrawUsage);
-    this.geometry.setAttribute('low', new InterleavedBufferAttribute(this.buffer, 4, 0));
-    this.geometry.setAttribute('high', new InterleavedBufferAttribute(this.buffer, 4, 4));
-    this.geometry.instanceCount = this.count;
+    for (const geometry of [this.geometry, this.volumes]) {
+      geometry.setAttribute('low', new InterleavedBufferAttribute(this.buffer, 4, 0));
+      geometry.setAttribute('high', new InterleavedBufferAttribute(this.buffer, 4, 4));
+    }
+    this.tally();
+  }
+
+  private tally(): void {
+    for (const geometry of [this.geometry, this.volumes]) geometry.instanceCount = this.count;
   }
 }
 

@@ -1,9 +1,13 @@
 /** Colours of the picture, by day and by night. */
 
 import { Color, ColorManagement } from 'three';
+import type { Vec3 } from '../api';
 
 // Colours are used as they are shown. Said here, before the first is made.
 ColorManagement.enabled = false;
+
+/** Towards the sun. */
+export const SUN: Vec3 = [-0.52, -0.42, 0.74];
 
 export interface Palette {
   zenith: Color;

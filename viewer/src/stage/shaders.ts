@@ -25,8 +25,8 @@ vec4 air(vec3 from) {
 }
 `;
 
-/** The ground's own colour: a grid of 100 m and 1 km, and rings where levels end. */
-export const GROUND = /* glsl */ `
+/** The ground's own colour: a grid of 100 m and 1 km, a faint one of 10 m, and rings where levels end. */
+export const GRID = /* glsl */ `
 uniform vec3 uGround, uLine, uRing, uRingEye;
 uniform float uRings[8], uRingShow;
 float lines(vec2 p, float step_) {
@@ -37,7 +37,7 @@ float lines(vec2 p, float step_) {
   return (1.0 - min(min(d.x, d.y), 1.0)) * fine;
 }
 vec3 ground(vec3 p) {
-  vec3 colour = mix(uGround, uLine, max(0.5 * lines(p.xy, 100.0), 0.9 * lines(p.xy, 1000.0)));
+  vec3 colour = mix(uGround, uLine, max(max(0.2 * lines(p.xy, 10.0), 0.5 * lines(p.xy, 100.0)), 0.9 * lines(p.xy, 1000.0)));
   if (uRingShow > 0.0) {
     float far = length(p - uRingEye);
     float w = max(fwidth(far), 1e-4);
@@ -66,7 +66,7 @@ in vec3 vWay;
 out vec4 colour;
 void main() { colour = vec4(sky(normalize(vWay)), 1.0); }`;
 
-export const groundVertex = /* glsl */ `
+export const planeVertex = /* glsl */ `
 precision highp float;
 in vec3 position;
 uniform mat4 viewMatrix, projectionMatrix;
@@ -78,7 +78,7 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * vec4(vAt, 1.0);
 }`;
 
-export const groundFragment = /* glsl */ `${AIR}${GROUND}
+export const planeFragment = /* glsl */ `${AIR}${GRID}
 in vec3 vAt;
 out vec4 colour;
 void main() {

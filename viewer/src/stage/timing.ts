@@ -43,6 +43,12 @@ export class Timing {
     this.timer = !clock ? null : (gl.getExtension('EXT_disjoint_timer_query_webgl2') as TimerExtension | null);
   }
 
+  /** The card was lost: what it was asked for will not come. */
+  forget(): void {
+    this.running.length = 0;
+    this.query = undefined;
+  }
+
   /** Does work that belongs to the next frame. */
   ahead(work: () => void): void {
     const from = performance.now();
@@ -66,6 +72,8 @@ export class Timing {
 
   end(far_dist_m: number | undefined): void {
     const { gl, timer, query } = this;
+    // Nothing is drawn, in no time.
+    if (gl.isContextLost()) return;
     if (timer && query) {
       gl.endQuery(timer.TIME_ELAPSED_EXT);
       this.running.push({ query, page_ms: performance.now() - this.started, far_dist_m });
@@ -80,6 +88,7 @@ export class Timing {
     const { gl, timer } = this;
     if (!timer) return;
     // The card's clock jumped: what it measured meanwhile means nothing.
+    if (gl.isContextLost()) return;
     const disjoint = gl.getParameter(timer.GPU_DISJOINT_EXT) as boolean;
     while (this.running.length > 0) {
       const { query, page_ms, far_dist_m } = this.running[0]!;

@@ -5,7 +5,7 @@ import type { Tiles, Tile } from './tiles';
 /** A tile and the fans between its posts. */
 export type Patch = readonly [level: number, x: number, y: number, fans: readonly number[]];
 
-export interface Surface {
+export interface GroundMesh {
   /** Three a post, relative to the scene's origin. */
   positions: Float32Array;
   /** Three a post, of length 1: the mean of the triangles about it. */
@@ -92,7 +92,7 @@ class Builder {
     return [u[1]! * v[2]! - u[2]! * v[1]!, u[2]! * v[0]! - u[0]! * v[2]!, u[0]! * v[1]! - u[1]! * v[0]!];
   }
 
-  finish(): Surface {
+  finish(): GroundMesh {
     const { positions, triangles } = this;
     const normals = new Float32Array(positions.length);
     for (let t = 0; t < triangles.length; t += 3) {
@@ -108,8 +108,8 @@ class Builder {
   }
 }
 
-/** The surface of some patches, each with the heights of its tile. */
-export function surface(tiles: Tiles, patches: readonly (readonly [Patch, Float32Array])[]): Surface {
+/** The ground of some patches, each with the heights of its tile. */
+export function mesh(tiles: Tiles, patches: readonly (readonly [Patch, Float32Array])[]): GroundMesh {
   const builder = new Builder(tiles);
   for (const [patch, heights] of patches) builder.add(patch, heights);
   return builder.finish();

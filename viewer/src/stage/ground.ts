@@ -1,24 +1,24 @@
-/** The ground as it is drawn where it is not level. */
+/** The ground of a scene, as it is drawn. */
 
 import { BufferAttribute, BufferGeometry, Color } from 'three';
-import { AIR, GROUND } from './shaders';
+import { AIR, GRID } from './shaders';
 
-/** Level country and steep, by day and by night. */
+/** Level ground and steep, by day and by night. */
 const DAY = [new Color(0xcbcfbe), new Color(0xb8ab9c)] as const;
 const NIGHT = [new Color(0x1a2430), new Color(0x2e2f3b)] as const;
 
-export const reliefUniforms = {
+export const uniforms = {
   uLevelled: { value: new Color() },
   uSteep: { value: new Color() },
 };
 
 export function colour(night: boolean): void {
   const [level, steep] = night ? NIGHT : DAY;
-  reliefUniforms.uLevelled.value.copy(level);
-  reliefUniforms.uSteep.value.copy(steep);
+  uniforms.uLevelled.value.copy(level);
+  uniforms.uSteep.value.copy(steep);
 }
 
-export const reliefVertex = /* glsl */ `
+export const vertex = /* glsl */ `
 precision highp float;
 in vec3 position, normal;
 uniform mat4 viewMatrix, projectionMatrix;
@@ -29,8 +29,14 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
 }`;
 
-export const reliefFragment = /* glsl */ `${AIR}${GROUND}
+/** In the sun, and in the shade of something. */
+export const lit = fragment(false);
+export const shaded = fragment(true);
+
+function fragment(shade: boolean): string {
+  return /* glsl */ `${AIR}${GRID}
 uniform vec3 uSunLight, uAbove, uBelow, uLevelled, uSteep;
+uniform float uShadow;
 in vec3 vAt, vNormal;
 out vec4 colour;
 void main() {
@@ -39,14 +45,17 @@ void main() {
   // Against that on level ground, which keeps its colour.
   float lit = dot(light, vec3(1.0)) / dot(uAbove + uSunLight * uSun.z, vec3(1.0));
   float steep = clamp((1.0 - n.z - 0.02) / 0.16, 0.0, 1.0);
-  // The grid and the rings of level ground, on the colours of this one; a finer grid under foot.
+  // The grid and the rings of the plane, on the colours of this ground.
   vec3 c = ground(vAt) - uGround + mix(uLevelled, uSteep, steep);
-  c = mix(c, c + uLine - uGround, 0.3 * lines(vAt.xy, 10.0));
+  c *= 0.15 + 0.85 * lit * lit;${shade ? /* glsl */ `
+  // What the sun does not reach loses nothing.
+  c *= mix(1.0, uShadow, clamp(dot(n, uSun) / uSun.z, 0.0, 1.0));` : ''}
   vec4 a = air(vAt);
-  colour = vec4(mix(c * (0.15 + 0.85 * lit * lit), a.rgb, a.a), 1.0);
+  colour = vec4(mix(c, a.rgb, a.a), 1.0);
 }`;
+}
 
-/** A surface as a geometry. */
+/** Triangles of the ground as a geometry. */
 export function geometry(positions: Float32Array, normals: Float32Array, triangles: Uint32Array): BufferGeometry {
   const made = new BufferGeometry();
   made.setAttribute('position', new BufferAttribute(positions, 3));
