@@ -336,13 +336,15 @@ impl Filter {
     }
 }
 
-impl EightDistances {
+impl<F: Floats> EightDistances<F> {
     /// Their squares, m², within f32.
-    #[inline]
-    pub fn squared(&self) -> f32x8 {
+    #[inline(always)]
+    pub fn squared(&self) -> F {
         self.squared
     }
+}
 
+impl EightDistances {
     /// Boxes certainly nearer than the threshold.
     #[inline]
     pub fn nearer(&self, threshold: &Threshold) -> Lanes {

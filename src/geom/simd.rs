@@ -7,7 +7,7 @@
 //! with registers of eight; retrieval by range takes as long as before, so it is compiled once.
 
 use std::cell::Cell;
-use std::ops::{Add, BitOr, Mul, Sub};
+use std::ops::{Add, BitOr, Div, Mul, Sub};
 
 use wide::f32x8;
 
@@ -15,7 +15,12 @@ use super::Lanes;
 
 /// Eight numbers.
 pub trait Floats:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + BitOr<Output = Self>
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + BitOr<Output = Self>
 {
     /// As they lie in memory.
     fn of(floats: &f32x8) -> Self;
@@ -128,11 +133,11 @@ pub fn in_registers_of_four<T>(work: impl FnOnce() -> T) -> Option<T> {
 )]
 mod avx2 {
     use std::arch::x86_64::{
-        __m256, _CMP_LT_OQ, _mm256_add_ps, _mm256_andnot_ps, _mm256_cmp_ps, _mm256_loadu_ps,
-        _mm256_max_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps,
-        _mm256_storeu_ps, _mm256_sub_ps,
+        __m256, _CMP_LT_OQ, _mm256_add_ps, _mm256_andnot_ps, _mm256_cmp_ps, _mm256_div_ps,
+        _mm256_loadu_ps, _mm256_max_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps,
+        _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
     };
-    use std::ops::{Add, BitOr, Mul, Sub};
+    use std::ops::{Add, BitOr, Div, Mul, Sub};
 
     use wide::f32x8;
 
@@ -184,6 +189,7 @@ mod avx2 {
     operation!(Add add _mm256_add_ps);
     operation!(Sub sub _mm256_sub_ps);
     operation!(Mul mul _mm256_mul_ps);
+    operation!(Div div _mm256_div_ps);
     operation!(BitOr bitor _mm256_or_ps);
 
     // SAFETY of all blocks: as above. Loads read the eight numbers of a reference.
@@ -242,7 +248,7 @@ mod tests {
     struct All([f32x8; 2]);
 
     impl Kernel for All {
-        type Output = ([[u32; 8]; 8], [Lanes; 3]);
+        type Output = ([[u32; 8]; 9], [Lanes; 3]);
 
         #[inline(always)]
         fn run<F: Floats>(self) -> Self::Output {
@@ -252,6 +258,7 @@ mod tests {
                 x + y,
                 x - y,
                 x * y,
+                x / y,
                 x | y,
                 x.larger(y),
                 x.abs(),

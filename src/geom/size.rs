@@ -105,6 +105,23 @@ impl SizeThreshold {
         (reach * reach).less(self.squared(distances))
     }
 
+    /// [`SizeThreshold::reached`] of one box by its squared distance, which is 1 where distances
+    /// do not matter.
+    #[inline]
+    pub fn is_reached(&self, radius: f32, squared_distance: f32) -> bool {
+        let [factor, less] = self.certain.map(|same| same.as_array()[0]);
+        let reach = radius * factor - less;
+        squared_distance < reach * reach.abs()
+    }
+
+    /// [`SizeThreshold::missed`] in the same way.
+    #[inline]
+    pub fn is_missed(&self, radius: f32, squared_distance: f32) -> bool {
+        let [factor, more] = self.possible.map(|same| same.as_array()[0]);
+        let reach = radius * factor + more;
+        reach * reach < squared_distance
+    }
+
     #[inline(always)]
     fn squared<F: Floats>(&self, distances: &EightDistances<F>) -> F {
         if self.perspective {

@@ -1,10 +1,9 @@
 //! Budget mode: so many objects, the largest on the screen.
 
-use std::cmp::Ordering;
-
 use super::Selection;
-use super::search::Search;
-use super::sweep::{Sized, sweep};
+use super::border::{Cut, Sized};
+use super::search::{Miss, Search};
+use super::sweep::{Wanted, sweep};
 use crate::geom::{DVec3, Filter, PixelScale, View};
 use crate::index::LodTree;
 
@@ -50,24 +49,64 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
         _ => {
             let survey = &mut selection.sizes.survey;
             let px = survey.estimate(tree, view, &filter, budget);
-            Search::new(budget, px, STRAYS)
+            Search::new(
+                budget,
+                px,
+                STRAYS + STRAYS_ALONE / f64::from(budget.max(1)).sqrt(),
+            )
         }
     };
     loop {
         let wanted = search.wanted();
         let missed = sweep(tree, view, &filter, wanted, selection);
-        let sure = selection.count();
-        let found = sure + selection.sizes.border.len() as u32;
-        let all = !missed && sure <= budget;
-        if all || !search.goes_on(wanted, sure, found) {
-            let omitted = if missed { wanted.least } else { 0.0 };
-            let missing = budget.saturating_sub(sure) as usize;
-            let px = fill(selection, missing, wanted.sure, omitted);
-            selection.sizes.last = Last::new(tree, view, budget, px);
+        let (verdict, cut) = judge(tree, view, &filter, budget, wanted, missed, selection);
+        let goes_on = verdict.is_some_and(|miss| search.goes_on(wanted, miss));
+        if !goes_on {
+            let Selection { sizes, ranges, .. } = &mut *selection;
+            ranges.merge(sizes.border.taken());
+            sizes.last = Last::new(tree, view, budget, cut.smallest.min(wanted.sure));
+            let missed = if missed { wanted.least } else { 0.0 };
+            selection.conclude(cut.left.max(missed));
             break;
         }
         selection.forget_ranges();
     }
+}
+
+/// Takes of the border what is missing from a budget, and tells what keeps that from being right.
+fn judge(
+    tree: &LodTree,
+    view: &View,
+    filter: &Filter,
+    budget: u32,
+    wanted: Wanted,
+    missed: bool,
+    selection: &mut Selection,
+) -> (Option<Miss>, Cut) {
+    let sure = selection.count();
+    let border = &mut selection.sizes.border;
+    // What is sure must be larger than what is left, and what is taken than what was missed.
+    let least = if missed { wanted.least } else { 0.0 };
+    let largest = if sure > 0 { wanted.sure } else { f64::INFINITY };
+    let missing = budget.saturating_sub(sure) as usize;
+    let boxes = tree.arrays().object_boxes;
+    let cut = border.take(filter, view, boxes, missing, least..largest);
+    let [smallest, left] = cut.decided;
+    let found = sure.saturating_add(border.len() as u32);
+    let miss = if sure > budget {
+        Some(Miss::Many { sure })
+    } else if sure > 0 && left.is_some_and(|left| left >= wanted.sure) {
+        Some(Miss::Many {
+            sure: budget.saturating_add(1),
+        })
+    } else if missed && found < budget {
+        Some(Miss::Few { found })
+    } else if smallest.is_some_and(|smallest| smallest < least) {
+        Some(Miss::Few { found: budget - 1 })
+    } else {
+        None
+    };
+    (miss, cut)
 }
 
 /// What the last budget came to: where a frame loop begins, as sizes hardly move from one frame to
@@ -87,6 +126,8 @@ const STEP: f64 = 0.01;
 const FRAME: f64 = 1.01;
 /// What a survey may stray by.
 const STRAYS: f64 = 1.025;
+/// The same of a single object; the more there are, the more it evens out.
+const STRAYS_ALONE: f64 = 0.5;
 
 impl Last {
     fn new(tree: &LodTree, view: &View, budget: u32, px: f64) -> Option<Self> {
@@ -121,43 +162,10 @@ pub fn keep_largest(tree: &LodTree, view: &View, most: u32, selection: &mut Sele
     if ranked.len() <= most as usize {
         return; // only in a damaged file
     }
-    let (kept, best_left, _) = ranked.select_nth_unstable_by(most as usize, larger);
+    let (kept, best_left, _) = ranked.select_nth_unstable_by(most as usize, Sized::order);
     let omitted = best_left.size.max(selection.error_px());
     kept.sort_unstable_by_key(|sized| sized.object);
     let mut kept = kept.iter().map(|sized| sized.object).peekable();
     selection.retain(|object| kept.next_if_eq(&object).is_some());
     selection.conclude(omitted);
-}
-
-/// Adds the `missing` largest of the border. Returns the smallest size drawn, about.
-fn fill(selection: &mut Selection, missing: usize, sure: f64, omitted: f64) -> f64 {
-    let mut border = std::mem::take(&mut selection.sizes.border);
-    let mut ranked = std::mem::take(&mut selection.sizes.ranked);
-    ranked.clear();
-    let mut smallest = sure;
-    let mut omitted = omitted;
-    if missing < border.len() {
-        ranked.extend_from_slice(&border);
-        let (_, best_left, _) = ranked.select_nth_unstable_by(missing, larger);
-        let best_left = *best_left;
-        border.retain(|sized| larger(sized, &best_left).is_lt());
-        omitted = omitted.max(best_left.size);
-    }
-    smallest = border
-        .iter()
-        .map(|sized| sized.size)
-        .fold(smallest, f64::min);
-    selection
-        .ranges
-        .merge(border.iter().map(|sized| sized.object));
-    selection.sizes.border = border;
-    selection.sizes.ranked = ranked;
-    // Nothing left out is larger than anything drawn, whatever rounding adds to the bound.
-    selection.conclude(omitted.min(smallest));
-    smallest
-}
-
-/// The larger first, of equals the one with the lower number.
-fn larger(a: &Sized, b: &Sized) -> Ordering {
-    b.size.total_cmp(&a.size).then(a.object.cmp(&b.object))
 }

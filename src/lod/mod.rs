@@ -5,6 +5,7 @@
 //!
 //! Knows nothing of the controller, of files or of HTTP.
 
+mod border;
 mod budget;
 mod descent;
 mod difference;

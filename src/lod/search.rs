@@ -15,6 +15,21 @@ struct Found {
     count: u32,
 }
 
+/// What keeps an attempt from being the last.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Miss {
+    /// So many objects are at least as large as [`Wanted::sure`]: more than are wanted.
+    Many {
+        /// How many.
+        sure: u32,
+    },
+    /// So many are at least as large as [`Wanted::least`]: fewer than are wanted.
+    Few {
+        /// How many.
+        found: u32,
+    },
+}
+
 /// Where the n-th largest object is known to lie.
 #[derive(Debug)]
 pub(super) struct Search {
@@ -72,25 +87,31 @@ impl Search {
         }
     }
 
-    /// Takes an attempt into account in which `sure` objects were at least as large as
-    /// `wanted.sure`, and `found` as large as `wanted.least`. Returns whether the search goes on.
-    pub(super) fn goes_on(&mut self, wanted: Wanted, sure: u32, found: u32) -> bool {
+    /// Takes an attempt into account. Returns whether the search goes on: not after all was
+    /// listed, as in a damaged file numbers may contradict each other.
+    pub(super) fn goes_on(&mut self, wanted: Wanted, missed: Miss) -> bool {
         let listed = self.attempts >= PATIENCE;
         self.attempts += 1;
-        let at = |px, count| Found { px, count };
-        if sure > self.rank {
-            let many = at(wanted.sure, sure);
-            self.many = Some(many);
-            let few = self.few[1];
-            self.guess(many, slope(few, many));
-        } else if found < self.rank && wanted.least > 0.0 {
-            self.few = [self.few[1], at(wanted.least, found)];
-            let [before, few] = self.few;
-            self.guess(few, slope(before, few));
-        } else {
-            return false;
+        match missed {
+            Miss::Many { sure } => {
+                let many = Found {
+                    px: wanted.sure,
+                    count: sure,
+                };
+                self.many = Some(many);
+                let few = self.few[1];
+                self.guess(many, slope(few, many));
+            }
+            Miss::Few { found } => {
+                let few = Found {
+                    px: wanted.least,
+                    count: found,
+                };
+                self.few = [self.few[1], few];
+                let [before, few] = self.few;
+                self.guess(few, slope(before, few));
+            }
         }
-        // Not after all was listed: in a damaged file numbers may contradict each other.
         !listed
     }
 

@@ -1,8 +1,8 @@
 //! Which of eight things are large enough on the screen: f32 where it is certain, f64 elsewhere.
 
+use super::border::Border;
 use super::gather::not_outside;
 use super::lanes;
-use super::sweep::Sized;
 use crate::geom::{
     Aabb, Eight, EightDistances, Filter, Floats, Lanes, PlaneSet, SizeThreshold, View,
 };
@@ -17,7 +17,9 @@ pub(super) struct Sizing<'a> {
     pub(super) least: SizeThreshold,
     /// Whether something was too small.
     pub(super) missed: bool,
-    pub(super) border: &'a mut Vec<Sized>,
+    /// Lists what is between the two; where they are the same, what f32 leaves open is decided in
+    /// f64 at once.
+    pub(super) border: Option<&'a mut Border>,
 }
 
 impl Sizing<'_> {
@@ -60,7 +62,11 @@ impl Sizing<'_> {
         if open == 0 {
             return sure;
         }
-        sure | self.decide(first, open)
+        match &mut self.border {
+            Some(border) => border.push(first, open, radii, &distances),
+            None => return sure | self.decide(first, open),
+        }
+        sure
     }
 
     /// Which of eight objects are not outside one of `planes`.
@@ -77,24 +83,16 @@ impl Sizing<'_> {
         set & touching | not_outside(self.view, self.arrays.object_boxes, first, open)
     }
 
-    /// Which of eight objects are sure, decided in f64; lists those of the border.
+    /// Which of eight objects are sure, decided in f64.
     #[inline(never)]
     fn decide(&mut self, first: u32, set: Lanes) -> Lanes {
-        let mut sure = 0;
-        for lane in lanes::each(set) {
-            let object = first + lane;
-            let Some(exact) = Aabb::nth(self.arrays.object_boxes, object) else {
-                continue; // only in a damaged file
-            };
-            let size = self.view.size_px(&exact);
-            if size >= self.sure.px && self.sure.px < f64::INFINITY {
-                sure |= 1 << lane;
-            } else if size >= self.least.px {
-                self.border.push(Sized { size, object });
-            } else {
-                self.missed = true;
-            }
-        }
+        let large = |&lane: &u32| {
+            let exact = Aabb::nth(self.arrays.object_boxes, first + lane);
+            exact.is_some_and(|exact| self.view.size_px(&exact) >= self.sure.px)
+        };
+        let sure = lanes::each(set).filter(large);
+        let sure = sure.fold(0, |set, lane| set | 1 << lane);
+        self.missed |= sure != set;
         sure
     }
 }

@@ -9,23 +9,38 @@
 //!
 //! The answer does not depend on the estimate, only the time it takes does.
 
-use std::ops::Range;
-
-use wide::f32x8;
-
 use super::lanes;
-use crate::geom::{EightDistances, Filter, PixelScale, PlaneSet, View};
+use crate::geom::{EightDistances, Filter, Floats, Kernel, PixelScale, PlaneSet, View, widest};
 use crate::index::{Arrays, LodTree};
 
 /// Bits of an f32 below its exponent and the first three of its fraction: eight buckets for each
 /// doubling of the squared size.
 const BUCKET_BITS: u32 = 20;
-/// All buckets of positive numbers, infinity included.
-const BUCKETS: usize = (f32::INFINITY.to_bits() >> BUCKET_BITS) as usize + 1;
+/// Squared sizes below 2⁻⁴⁴ are in the first bucket, those from 2²⁰ on in the last: a radius of
+/// 0.1 m at 400 km, and one of 1 km in a parallel view.
+const LOWEST: usize = ((127 - 44) << 23 >> BUCKET_BITS) as usize;
+const BUCKETS: usize = ((127 + 20) << 23 >> BUCKET_BITS) as usize + 1 - LOWEST;
 /// A node that holds fewer than one in so many of the objects wanted is not entered.
-const GRAIN: f32 = 128.0;
-/// Around the eye sizes have no end: those of a node are spread over so many buckets at most.
-const WIDEST: usize = 48;
+const GRAIN: f32 = 64.0;
+/// Most of what a node holds near the eye is far from it: distances are spread over so many
+/// buckets at most, up to the farthest and down to half of it.
+const WIDEST: usize = 16;
+/// Radii over so many at most.
+const MOST_UNLIKE: usize = 127;
+/// 1 by each number up to that.
+const ONE_BY: [f32; MOST_UNLIKE + 1] = {
+    let mut one_by = [0.0; MOST_UNLIKE + 1];
+    let mut number = 1;
+    while number <= MOST_UNLIKE {
+        one_by[number] = 1.0 / number as f32;
+        number += 1;
+    }
+    one_by
+};
+/// One that holds this many times as many always is; those between, only where ...
+const COARSE: f32 = 8.0;
+/// ... the squares of the sizes in it differ by more than this factor, or some of it is outside.
+const NARROW: f32 = 12.0;
 /// Of what a node holds that crosses the border of the frustum, so much is counted.
 const CROSSING: f32 = 0.5;
 
@@ -37,6 +52,9 @@ pub(super) struct Survey {
     queue: Vec<Queued>,
     /// Objects counted in each bucket, about.
     counts: Vec<f32>,
+    /// Of objects that are only known by the node that holds them: by how much the number in a
+    /// bucket changes more from the one before than that did.
+    bends: Vec<f32>,
     /// About how many objects are stored with a node of each level or below it, leaves first.
     held: Vec<f32>,
 }
@@ -72,23 +90,8 @@ impl Survey {
             survey: self,
         };
         walk.push(0, tree.level_count() - 1, filter.all_planes(), BUCKETS - 1);
-        let mut seen = 0.0;
-        loop {
-            while let Some(node) = walk.pop() {
-                walk.visit(&node);
-            }
-            let bucket = walk.bucket;
-            let counted = walk.survey.counts[bucket];
-            if seen + counted >= rank && counted > 0.0 {
-                let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = view.pixels();
-                return 2.0 * scale * size_within(bucket, (rank - seen) / counted);
-            }
-            seen += counted;
-            match bucket.checked_sub(1) {
-                Some(next) => walk.bucket = next,
-                None => return 0.0,
-            }
-        }
+        let (PixelScale::PerRadian(scale) | PixelScale::PerMetre(scale)) = view.pixels();
+        2.0 * scale * widest(Down { walk, rank })
     }
 
     fn clear(&mut self, arrays: &Arrays) {
@@ -96,6 +99,8 @@ impl Survey {
         self.last.resize(BUCKETS, NONE);
         self.counts.clear();
         self.counts.resize(BUCKETS, 0.0);
+        self.bends.clear();
+        self.bends.resize(BUCKETS, 0.0);
         self.queue.clear();
         self.held.clear();
         let starts = arrays.level_nodes.windows(2).zip(arrays.level_objects);
@@ -111,8 +116,41 @@ fn size_within(bucket: usize, share: f32) -> f64 {
     if bucket + 1 == BUCKETS {
         return f64::INFINITY;
     }
-    let place = (bucket as f64 + 1.0 - f64::from(share)) * f64::from(1 << BUCKET_BITS);
+    let place = ((LOWEST + bucket) as f64 + 1.0 - f64::from(share)) * f64::from(1 << BUCKET_BITS);
     f64::from(f32::from_bits(place as u32)).sqrt()
+}
+
+/// From the largest size down to that of the `rank`-th largest object.
+struct Down<'a> {
+    walk: Walk<'a>,
+    rank: f32,
+}
+
+impl Kernel for Down<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<F: Floats>(self) -> f64 {
+        let Self { mut walk, rank } = self;
+        let (mut seen, mut density, mut slope) = (0.0, 0.0_f32, 0.0);
+        loop {
+            while let Some(node) = walk.pop() {
+                walk.visit::<F>(&node);
+            }
+            let bucket = walk.bucket;
+            slope += walk.survey.bends[bucket];
+            density += slope;
+            let counted = walk.survey.counts[bucket] + density.max(0.0);
+            if seen + counted >= rank && counted > 0.0 {
+                return size_within(bucket, (rank - seen) / counted);
+            }
+            seen += counted;
+            match bucket.checked_sub(1) {
+                Some(next) => walk.bucket = next,
+                None => return 0.0,
+            }
+        }
+    }
 }
 
 struct Walk<'a> {
@@ -150,14 +188,16 @@ impl Walk<'_> {
         Some(node)
     }
 
-    fn visit(&mut self, queued: &Queued) {
-        self.count_own(queued);
+    #[inline(always)]
+    fn visit<F: Floats>(&mut self, queued: &Queued) {
+        self.count_own::<F>(queued);
         if queued.level > 0 {
-            self.count_children(queued);
+            self.count_children::<F>(queued);
         }
     }
 
-    fn count_own(&mut self, queued: &Queued) {
+    #[inline(always)]
+    fn count_own<F: Floats>(&mut self, queued: &Queued) {
         let starts = self.arrays.own.get(queued.node as usize..);
         let block = self.arrays.own_block_starts.get(queued.node as usize);
         let (Some(&[first, end, ..]), Some(&block)) = (starts, block) else {
@@ -169,12 +209,16 @@ impl Walk<'_> {
             .unwrap_or_default()
             .iter()
             .zip(radii.unwrap_or_default());
-        for ((boxes, &radii), first) in blocks.zip((first..end).step_by(8)) {
+        for ((boxes, radii), first) in blocks.zip((first..end).step_by(8)) {
             let mut set = lanes::first((end - first).min(8));
             if queued.planes != 0 {
-                set &= !self.filter.outside_or_touching(boxes, queued.planes).0;
+                set &= !self
+                    .filter
+                    .outside_or_touching_in::<F>(boxes, queued.planes)
+                    .0;
             }
-            let sizes = self.squared_sizes(radii, &self.filter.distances(boxes));
+            let sizes = self.squared_sizes(F::of(radii), self.filter.distances_in::<F>(boxes));
+            let sizes = sizes.to_array();
             for lane in lanes::each(set) {
                 let bucket = bucket_of(sizes[lane as usize & 7]);
                 self.survey.counts[bucket] += 1.0;
@@ -182,7 +226,8 @@ impl Walk<'_> {
         }
     }
 
-    fn count_children(&mut self, queued: &Queued) {
+    #[inline(always)]
+    fn count_children<F: Floats>(&mut self, queued: &Queued) {
         let starts = self.arrays.children.get(queued.node as usize..);
         let block = self.arrays.child_block_starts.get(queued.node as usize);
         let (Some(&[first, end, ..]), Some(&block)) = (starts, block) else {
@@ -192,50 +237,76 @@ impl Walk<'_> {
         let held = self.survey.held.get(level as usize).copied();
         let held = held.unwrap_or_default();
         for (block, first) in (block as usize..).zip((first..end).step_by(8)) {
-            let (Some(boxes), Some(&largest), Some(&least)) = (
+            let (Some(boxes), Some(largest), Some(least)) = (
                 self.arrays.child_blocks.get(block),
                 self.arrays.child_radii.get(block),
                 self.arrays.child_least_radii.get(block),
             ) else {
                 return; // only in a damaged file
             };
-            let relations = self.filter.relations(boxes, queued.planes);
+            let relations = self.filter.relations_in::<F>(boxes, queued.planes);
             let seen = lanes::first((end - first).min(8)) & !relations.outside;
-            let largest = self.squared_sizes(largest, &self.filter.distances(boxes));
-            if held > self.grain {
-                for lane in lanes::each(seen) {
-                    let bucket = bucket_of(largest[lane as usize & 7]).min(self.bucket);
-                    self.push(first + lane, level, relations.open_planes(lane), bucket);
-                }
+            let (largest, least) = (F::of(largest), F::of(least));
+            let high = self.squared_sizes(largest, self.filter.distances_in::<F>(boxes));
+            let low = self.squared_sizes(least, self.filter.farthest_in::<F>(boxes));
+            let entered = if held > COARSE * self.grain {
+                seen
+            } else if held > self.grain {
+                // Where sizes hardly differ and none is outside, there is little to learn.
+                seen & (!relations.inside | (low * F::splat(NARROW)).less(high))
             } else {
-                let least = self.squared_sizes(least, &self.filter.farthest(boxes));
-                for lane in lanes::each(seen) {
-                    let of_lane = |sizes: &[f32; 8]| bucket_of(sizes[lane as usize & 7]);
-                    let inside = lanes::has(relations.inside, lane);
-                    let counted = if inside { held } else { held * CROSSING };
-                    self.spread(counted, of_lane(&least)..of_lane(&largest) + 1);
-                }
+                0
+            };
+            let (high, low) = (high.to_array(), low.to_array());
+            for lane in lanes::each(entered) {
+                let bucket = bucket_of(high[lane as usize & 7]).min(self.bucket);
+                self.push(first + lane, level, relations.open_planes(lane), bucket);
+            }
+            let (largest, least) = ((largest * largest).to_array(), (least * least).to_array());
+            for lane in lanes::each(seen & !entered) {
+                let at = lane as usize & 7;
+                let inside = lanes::has(relations.inside, lane);
+                let counted = if inside { held } else { held * CROSSING };
+                let low = bucket_of(low[at]);
+                let width = bucket_of(high[at]).saturating_sub(low);
+                let buckets = |squared: f32| (squared.to_bits() >> BUCKET_BITS) as usize;
+                let by_radius = buckets(largest[at]).saturating_sub(buckets(least[at]));
+                let by_radius = by_radius.min(width);
+                self.spread(counted, low, by_radius, width - by_radius);
             }
         }
     }
 
-    /// Counts so many objects, evenly in these buckets.
-    fn spread(&mut self, objects: f32, buckets: Range<usize>) {
-        let start = buckets.start.min(BUCKETS - 1);
-        let end = buckets.end.clamp(start + 1, (start + WIDEST).min(BUCKETS));
-        let share = objects / (end - start) as f32;
-        for count in &mut self.survey.counts[start..end] {
-            *count += share;
+    /// Counts so many objects between two sizes. Radii and distances spread evenly, so sizes do
+    /// like the sums of two dice.
+    #[inline(always)]
+    fn spread(&mut self, objects: f32, low: usize, by_radius: usize, by_distance: usize) {
+        let by_distance = by_distance.min(WIDEST - 1) + 1;
+        let by_radius = by_radius.min(MOST_UNLIKE - 1) + 1;
+        let bend = objects * ONE_BY[by_radius] * ONE_BY[by_distance];
+        let high = (low + by_radius + by_distance - 2).min(self.bucket);
+        let bends = &mut self.survey.bends;
+        for (below, bend) in [
+            (0, bend),
+            (by_radius, -bend),
+            (by_distance, -bend),
+            (by_radius + by_distance, bend),
+        ] {
+            // What is smaller than all buckets does not matter.
+            if let Some(at) = bends.get_mut(high.wrapping_sub(below)) {
+                *at += bend;
+            }
         }
     }
 
     /// Squares of radii by distances, about.
-    fn squared_sizes(&self, radii: f32x8, distances: &EightDistances) -> [f32; 8] {
+    #[inline(always)]
+    fn squared_sizes<F: Floats>(&self, radii: F, distances: EightDistances<F>) -> F {
         let squared = radii * radii;
         if self.perspective {
-            (squared / distances.squared()).to_array()
+            squared / distances.squared()
         } else {
-            squared.to_array()
+            squared
         }
     }
 }
@@ -243,5 +314,6 @@ impl Walk<'_> {
 fn bucket_of(squared: f32) -> usize {
     // Not a number only in a damaged file.
     let squared = if squared >= 0.0 { squared } else { 0.0 };
-    (squared.to_bits() >> BUCKET_BITS) as usize
+    let bucket = (squared.to_bits() >> BUCKET_BITS) as usize;
+    bucket.saturating_sub(LOWEST).min(BUCKETS - 1)
 }

@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use super::border::Border;
 use super::budget::Last;
 use super::descent::Descent;
 use super::gather::Gathered;
@@ -26,7 +27,7 @@ use crate::index::LodTree;
 pub(super) struct Wanted {
     /// Objects of this size or larger are drawn; where it is infinite, none is sure.
     pub(super) sure: f64,
-    /// Those between are listed with their sizes, in [`Sizes::border`].
+    /// Those between are listed, in [`Sizes::border`].
     pub(super) least: f64,
 }
 
@@ -37,20 +38,11 @@ pub(super) struct Sizes {
     open: Vec<Open>,
     below: Vec<Open>,
     own: Gathered,
-    /// Objects too small to be sure and too large to be left out, ascending by number.
-    pub(super) border: Vec<Sized>,
-    /// The same in the order of size, as far as needed.
-    pub(super) ranked: Vec<Sized>,
+    /// Objects too small to be sure and too large to be left out.
+    pub(super) border: Border,
     /// What the last budget came to.
     pub(super) last: Option<Last>,
     pub(super) survey: Survey,
-}
-
-/// An object of the frustum and its size, pixels.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sized {
-    pub(super) size: f64,
-    pub(super) object: u32,
 }
 
 /// Neighbouring nodes.
@@ -86,7 +78,7 @@ pub(super) fn sweep(
         border,
         ..
     } = sizes;
-    border.clear();
+    border.clear(view, wanted.least..wanted.sure);
     open.clear();
     open.push(Open::Siblings {
         nodes: 0..1,
@@ -103,7 +95,7 @@ pub(super) fn sweep(
             sure: threshold(wanted.sure),
             least: threshold(wanted.least),
             missed: false,
-            border,
+            border: (wanted.least < wanted.sure || wanted.sure == f64::INFINITY).then_some(border),
         },
         stats,
         descent: Descent::to(&arrays, 1),
