@@ -116,6 +116,9 @@ impl Meta {
         let meta: Self = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
         let effects = meta.effects.check();
         effects.map_err(|e| format!("effects: {e}"))?;
+        if !meta.classes.is_sorted_by(|a, b| a < b) {
+            return Err("classes: not in order".into());
+        }
         let bounds = meta.base_unknown.as_flattened();
         if !bounds.is_sorted_by(|a, b| a < b) || bounds.last().is_some_and(|&end| end > objects) {
             return Err("base_unknown: not ranges of objects".into());

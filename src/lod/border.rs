@@ -16,7 +16,7 @@ const BUCKETS: usize = 512;
 /// Objects that may be wanted, in the order of their numbers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Border {
-    candidates: Vec<Candidate>,
+    listed: Vec<Listed>,
     /// How many there are of each size: of squared radius by squared distance, as bits from
     /// `lowest` on.
     counts: Vec<u32>,
@@ -27,12 +27,12 @@ pub(super) struct Border {
     perspective: bool,
     /// Those taken by f32, in the order of their numbers.
     taken: Vec<u32>,
-    /// Those decided in f64, as far as needed in the order of their sizes.
-    decided: Vec<Sized>,
+    /// Those taken that were decided in f64, in the order of their numbers.
+    decided: Vec<SizedObject>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Candidate {
+struct Listed {
     /// Rounded up, m.
     radius: f32,
     squared_distance: f32,
@@ -41,12 +41,12 @@ struct Candidate {
 
 /// An object of the frustum and its size, pixels.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sized {
+pub(super) struct SizedObject {
     pub(super) size: f64,
     pub(super) object: u32,
 }
 
-impl Sized {
+impl SizedObject {
     /// The larger first, of equals the one with the lower number.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         let sizes = other.size.total_cmp(&self.size);
@@ -57,12 +57,10 @@ impl Sized {
 /// Where the objects taken end, pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
-    /// All that are taken are at least so large.
+    /// None taken is smaller.
     pub(super) smallest: f64,
-    /// Of those decided in f64: the smallest taken and the largest left.
-    pub(super) decided: [Option<f64>; 2],
-    /// None that is left is larger; 0 where none is left.
-    pub(super) left: f64,
+    /// The largest that is not taken; none where all are.
+    pub(super) left: Option<f64>,
 }
 
 impl Border {
@@ -82,13 +80,13 @@ impl Border {
         let width = bits(sizes.end).saturating_sub(self.lowest);
         let buckets = BUCKETS as u32 - 1;
         self.bits = (width / buckets + 1).next_power_of_two().trailing_zeros();
-        self.candidates.clear();
+        self.listed.clear();
         self.counts.clear();
         self.counts.resize(BUCKETS, 0);
     }
 
     pub(super) fn len(&self) -> usize {
-        self.candidates.len()
+        self.listed.len()
     }
 
     /// Adds those of eight objects that are in `set`, counted from `first`.
@@ -111,7 +109,7 @@ impl Border {
             let at = lane as usize & 7;
             let bucket = sizes[at].to_bits().saturating_sub(self.lowest) >> self.bits;
             self.counts[(bucket as usize).min(BUCKETS - 1)] += 1;
-            self.candidates.push(Candidate {
+            self.listed.push(Listed {
                 radius: radii[at],
                 squared_distance: distances[at],
                 object: first + lane,
@@ -129,39 +127,41 @@ impl Border {
         most: usize,
         sizes: std::ops::Range<f64>,
     ) -> Cut {
-        let mut around = self.bucket_of(most);
-        around.start = around.start.min(sizes.end);
-        around.end = around.end.max(sizes.start);
+        // The last that is taken and the first that is left, so that both are known exactly.
+        let last = self.bucket_of(most);
+        let next = self.bucket_of(most.saturating_add(1));
+        let around = next.start.min(sizes.end)..last.end.max(sizes.start);
         let tried = self.take_around(filter, view, boxes, most, &around);
         tried.unwrap_or_else(|| {
             // Now everything is decided in f64.
             let all = self.take_around(filter, view, boxes, most, &(0.0..f64::INFINITY));
             all.unwrap_or(Cut {
                 smallest: f64::INFINITY,
-                decided: [None; 2],
-                left: f64::INFINITY,
+                left: None,
             })
         })
     }
 
-    /// The sizes between which the last of the `most` largest lies, about, pixels.
-    fn bucket_of(&self, most: usize) -> std::ops::Range<f64> {
+    /// The sizes between which the one of this rank lies, about, pixels.
+    fn bucket_of(&self, rank: usize) -> std::ops::Range<f64> {
         let mut seen = 0;
         let bucket = (0..BUCKETS).rev().find(|&bucket| {
             seen += self.counts[bucket] as usize;
-            seen >= most
+            seen >= rank
         });
         let bucket = bucket.unwrap_or(0) as u32;
         let px = |bucket: u32| {
             let squared = f32::from_bits(self.lowest.saturating_add(bucket << self.bits));
             f64::from(squared).sqrt() * self.scale
         };
-        let end = if bucket + 1 < BUCKETS as u32 {
-            px(bucket + 1)
+        // The first bucket and the last hold whatever lies beyond, too.
+        let start = if bucket == 0 { 0.0 } else { px(bucket) };
+        let end = px(bucket + 1);
+        if bucket + 1 == BUCKETS as u32 || end.is_nan() {
+            start..f64::INFINITY
         } else {
-            f64::INFINITY
-        };
-        px(bucket)..if end.is_nan() { f64::INFINITY } else { end }
+            start..end
+        }
     }
 
     /// Takes those certainly larger than `around`, and of those not certainly smaller as many as
@@ -176,14 +176,14 @@ impl Border {
     ) -> Option<Cut> {
         let threshold = |px| SizeThreshold::new(filter, view.pixels(), px);
         let (low, high) = (threshold(around.start), threshold(around.end));
-        self.taken.resize(self.candidates.len(), 0);
+        self.taken.resize(self.listed.len(), 0);
         self.decided.clear();
         let mut taken = 0;
-        for &Candidate {
+        for &Listed {
             radius,
             squared_distance,
             object,
-        } in &self.candidates
+        } in &self.listed
         {
             // Nobody can foresee which are large enough: written down in any case, and written
             // over where it is not one of them.
@@ -191,36 +191,33 @@ impl Border {
             self.taken[taken] = object;
             taken += usize::from(is_taken);
             if !is_taken & !low.is_missed(radius, squared_distance) {
-                // There is no such box only in a damaged file.
+                // Without a box only in a damaged file.
                 let exact = Aabb::nth(boxes, object);
                 let size = exact.map_or(0.0, |exact| view.size_px(&exact));
-                self.decided.push(Sized { size, object });
+                self.decided.push(SizedObject { size, object });
             }
         }
         self.taken.truncate(taken);
         let missing = most.checked_sub(taken)?;
-        let smaller = self.candidates.len() - self.taken.len() - self.decided.len();
-        let mut largest_left = None;
+        let smaller = self.listed.len() - self.taken.len() - self.decided.len();
+        let mut left = None;
         if missing < self.decided.len() {
-            let (_, left, _) = self.decided.select_nth_unstable_by(missing, Sized::order);
-            largest_left = Some(left.size);
+            let (_, first, _) = self
+                .decided
+                .select_nth_unstable_by(missing, SizedObject::order);
+            left = Some(first.size);
             self.decided.truncate(missing);
-        } else if missing > self.decided.len() && smaller > 0 {
+        } else if smaller > 0 {
             return None;
         }
         let sizes = self.decided.iter().map(|sized| sized.size);
-        let smallest = sizes.reduce(f64::min);
-        let certain = (self.taken.is_empty() || largest_left.is_none_or(|px| px < around.end))
-            && (smaller == 0 || smallest.is_none_or(|px| px >= around.start));
+        let doubtful = sizes.reduce(f64::min);
+        let certain = (taken == 0 || left.is_none_or(|px| px < around.end))
+            && (smaller == 0 || left.is_some_and(|px| px >= around.start));
         self.decided.sort_unstable_by_key(|sized| sized.object);
         certain.then(|| Cut {
-            smallest: smallest.unwrap_or(around.end),
-            decided: [smallest, largest_left],
-            left: match largest_left {
-                Some(left) => left,
-                None if smaller > 0 => around.start,
-                None => 0.0,
-            },
+            smallest: doubtful.unwrap_or(around.end),
+            left,
         })
     }
 

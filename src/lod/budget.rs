@@ -1,7 +1,9 @@
 //! Budget mode: so many objects, the largest on the screen.
 
+use std::ops::Range;
+
 use super::Selection;
-use super::border::{Cut, Sized};
+use super::border::{Cut, SizedObject};
 use super::search::{Miss, Search};
 use super::sweep::{Wanted, sweep};
 use crate::geom::{DVec3, Filter, PixelScale, View};
@@ -59,54 +61,95 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
     loop {
         let wanted = search.wanted();
         let missed = sweep(tree, view, &filter, wanted, selection);
-        let (verdict, cut) = judge(tree, view, &filter, budget, wanted, missed, selection);
-        let goes_on = verdict.is_some_and(|miss| search.goes_on(wanted, miss));
-        if !goes_on {
-            let Selection { sizes, ranges, .. } = &mut *selection;
-            ranges.merge(sizes.border.taken());
-            sizes.last = Last::new(tree, view, budget, cut.smallest.min(wanted.sure));
-            let missed = if missed { wanted.least } else { 0.0 };
-            selection.conclude(cut.left.max(missed));
-            break;
+        let sweep = Attempt {
+            budget,
+            wanted,
+            missed,
+            sure: selection.count(),
+            border: selection.sizes.border.len(),
+        };
+        let boxes = tree.arrays().object_boxes;
+        let mut take = || {
+            let border = &mut selection.sizes.border;
+            border.take(&filter, view, boxes, sweep.missing(), sweep.sizes())
+        };
+        let (miss, cut) = if let Some(miss) = sweep.miss_by_number() {
+            (Some(miss), None)
+        } else {
+            let cut = take();
+            (sweep.miss_by_size(&cut), Some(cut))
+        };
+        if miss.is_some_and(|miss| search.goes_on(wanted, miss)) {
+            selection.forget_ranges();
+            continue;
         }
-        selection.forget_ranges();
+        let cut = cut.unwrap_or_else(take);
+        selection.ranges.merge(selection.sizes.border.taken());
+        selection.sizes.last = Last::new(tree, view, budget, cut.smallest.min(wanted.sure));
+        selection.conclude(cut.left.unwrap_or(0.0));
+        return;
     }
 }
 
-/// Takes of the border what is missing from a budget, and tells what keeps that from being right.
-fn judge(
-    tree: &LodTree,
-    view: &View,
-    filter: &Filter,
+/// What came of a sweep for a budget.
+struct Attempt {
     budget: u32,
     wanted: Wanted,
+    /// Whether anything smaller than [`Wanted::least`] was left out.
     missed: bool,
-    selection: &mut Selection,
-) -> (Option<Miss>, Cut) {
-    let sure = selection.count();
-    let border = &mut selection.sizes.border;
-    // What is sure must be larger than what is left, and what is taken than what was missed.
-    let least = if missed { wanted.least } else { 0.0 };
-    let largest = if sure > 0 { wanted.sure } else { f64::INFINITY };
-    let missing = budget.saturating_sub(sure) as usize;
-    let boxes = tree.arrays().object_boxes;
-    let cut = border.take(filter, view, boxes, missing, least..largest);
-    let [smallest, left] = cut.decided;
-    let found = sure.saturating_add(border.len() as u32);
-    let miss = if sure > budget {
-        Some(Miss::Many { sure })
-    } else if sure > 0 && left.is_some_and(|left| left >= wanted.sure) {
-        Some(Miss::Many {
-            sure: budget.saturating_add(1),
-        })
-    } else if missed && found < budget {
-        Some(Miss::Few { found })
-    } else if smallest.is_some_and(|smallest| smallest < least) {
-        Some(Miss::Few { found: budget - 1 })
-    } else {
-        None
-    };
-    (miss, cut)
+    /// Objects at least as large as [`Wanted::sure`], and those listed.
+    sure: u32,
+    border: usize,
+}
+
+impl Attempt {
+    /// How many of the border are wanted.
+    fn missing(&self) -> usize {
+        self.budget.saturating_sub(self.sure) as usize
+    }
+
+    /// What is sure must be larger than what is left of the border, and that as large as what was
+    /// missed: the sizes to be told from others.
+    fn sizes(&self) -> Range<f64> {
+        let least = if self.missed { self.wanted.least } else { 0.0 };
+        let sure = if self.sure > 0 {
+            self.wanted.sure
+        } else {
+            f64::INFINITY
+        };
+        least..sure
+    }
+
+    /// What shows without a look at the border.
+    fn miss_by_number(&self) -> Option<Miss> {
+        let found = self.sure.saturating_add(self.border as u32);
+        if self.sure > self.budget {
+            Some(Miss::Many { sure: self.sure })
+        } else if self.missed && found <= self.budget {
+            Some(Miss::Few { found })
+        } else {
+            None
+        }
+    }
+
+    /// What shows where the border is cut.
+    fn miss_by_size(&self, cut: &Cut) -> Option<Miss> {
+        let Self {
+            budget,
+            wanted,
+            missed,
+            sure,
+            ..
+        } = *self;
+        if sure > 0 && cut.left.is_some_and(|left| left >= wanted.sure) {
+            let sure = budget.saturating_add(1);
+            Some(Miss::Many { sure })
+        } else if missed && cut.left.is_none_or(|left| left < wanted.least) {
+            Some(Miss::Few { found: budget })
+        } else {
+            None
+        }
+    }
 }
 
 /// What the last budget came to: where a frame loop begins, as sizes hardly move from one frame to
@@ -156,13 +199,13 @@ pub fn keep_largest(tree: &LodTree, view: &View, most: u32, selection: &mut Sele
     }
     let sized = |object| {
         let size = view.size_px(&tree.bounds_of(object)?);
-        Some(Sized { size, object })
+        Some(SizedObject { size, object })
     };
-    let mut ranked: Vec<Sized> = selection.objects().filter_map(sized).collect();
+    let mut ranked: Vec<SizedObject> = selection.objects().filter_map(sized).collect();
     if ranked.len() <= most as usize {
         return; // only in a damaged file
     }
-    let (kept, best_left, _) = ranked.select_nth_unstable_by(most as usize, Sized::order);
+    let (kept, best_left, _) = ranked.select_nth_unstable_by(most as usize, SizedObject::order);
     let omitted = best_left.size.max(selection.error_px());
     kept.sort_unstable_by_key(|sized| sized.object);
     let mut kept = kept.iter().map(|sized| sized.object).peekable();

@@ -23,7 +23,8 @@ pub(super) enum Miss {
         /// How many.
         sure: u32,
     },
-    /// So many are at least as large as [`Wanted::least`]: fewer than are wanted.
+    /// So many are at least as large as [`Wanted::least`]: no more than are wanted, so that the
+    /// largest left is not known.
     Few {
         /// How many.
         found: u32,

@@ -17,8 +17,8 @@ pub(super) struct Sizing<'a> {
     pub(super) least: SizeThreshold,
     /// Whether something was too small.
     pub(super) missed: bool,
-    /// Lists what is between the two; where they are the same, what f32 leaves open is decided in
-    /// f64 at once.
+    /// Lists what is between the two. None where they are the same and finite: there what f32
+    /// leaves open is decided in f64 at once.
     pub(super) border: Option<&'a mut Border>,
 }
 

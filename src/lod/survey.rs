@@ -11,7 +11,7 @@
 
 use super::lanes;
 use crate::geom::{EightDistances, Filter, Floats, Kernel, PixelScale, PlaneSet, View, widest};
-use crate::index::{Arrays, LodTree};
+use crate::index::{Arrays, LodTree, MAX_FAN_OUT};
 
 /// Bits of an f32 below its exponent and the first three of its fraction: eight buckets for each
 /// doubling of the squared size.
@@ -37,9 +37,10 @@ const ONE_BY: [f32; MOST_UNLIKE + 1] = {
     }
     one_by
 };
-/// One that holds this many times as many always is; those between, only where ...
+/// A node that holds more than this many times the grain is always entered.
 const COARSE: f32 = 8.0;
-/// ... the squares of the sizes in it differ by more than this factor, or some of it is outside.
+/// One that holds less, only where some of it is outside or the squares of the sizes in it differ
+/// by more than this factor.
 const NARROW: f32 = 12.0;
 /// Of what a node holds that crosses the border of the frustum, so much is counted.
 const CROSSING: f32 = 0.5;
@@ -52,8 +53,8 @@ pub(super) struct Survey {
     queue: Vec<Queued>,
     /// Objects counted in each bucket, about.
     counts: Vec<f32>,
-    /// Of objects that are only known by the node that holds them: by how much the number in a
-    /// bucket changes more from the one before than that did.
+    /// Of objects that are only known by the node that holds them: second differences of their
+    /// number by bucket.
     bends: Vec<f32>,
     /// About how many objects are stored with a node of each level or below it, leaves first.
     held: Vec<f32>,
@@ -203,6 +204,9 @@ impl Walk<'_> {
         let (Some(&[first, end, ..]), Some(&block)) = (starts, block) else {
             return; // only in a damaged file
         };
+        if end.saturating_sub(first) > MAX_FAN_OUT as u32 {
+            return; // only in a damaged file
+        }
         let boxes = self.arrays.own_blocks.get(block as usize..);
         let radii = self.arrays.own_radii.get(block as usize..);
         let blocks = boxes
@@ -233,6 +237,9 @@ impl Walk<'_> {
         let (Some(&[first, end, ..]), Some(&block)) = (starts, block) else {
             return; // only in a damaged file
         };
+        if end.saturating_sub(first) > MAX_FAN_OUT as u32 {
+            return; // only in a damaged file
+        }
         let level = queued.level - 1;
         let held = self.survey.held.get(level as usize).copied();
         let held = held.unwrap_or_default();

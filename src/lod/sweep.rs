@@ -6,7 +6,7 @@
 //! radius kept for it at least that of anything in it, in floating point too, and the size is
 //! monotone in both ([`View::size_px`]). So what is certainly too small for the node is too small
 //! for all it holds. Certainty is f32's ([`SizeThreshold`]); what it leaves open is entered if a
-//! node, decided in f64 if an object.
+//! node; an object is listed in the border, or decided in f64 where there is none.
 
 use std::ops::Range;
 

@@ -83,7 +83,10 @@ fn budget_is_brute_force(
     assert_eq!(selection.objects().collect::<Vec<_>>(), wanted);
     ranges_are_sound(selection);
     let error_px = selection.error_px();
-    assert!(largest_omitted(seen, selection) <= error_px);
+    assert_eq!(error_px, largest_omitted(seen, selection));
+    let mut cold = Selection::default();
+    select(tree, view, &lod, &mut cold);
+    assert_eq!(error_px.to_bits(), cold.error_px().to_bits());
     if let Some((smallest, _)) = ranked.last() {
         assert!(error_px <= *smallest, "{error_px} px of {smallest} drawn");
     }
