@@ -200,6 +200,7 @@ impl Mapped {
             return Err(MapError::Empty);
         }
         let file = File::open(path).map_err(io("cannot open"))?;
+        let then = file.metadata().ok();
         #[allow(
             unsafe_code,
             reason = "mapping a file is the one thing that needs it; the caller's duty is in the docs"
@@ -207,7 +208,6 @@ impl Mapped {
         // SAFETY: the map is only read, through slices that live no longer than it, and every
         // bit pattern is valid for the types it is read as. The caller keeps the file unchanged.
         let map = unsafe { Mmap::map(&file) }.map_err(io("cannot map"))?;
-        let then = file.metadata().ok();
         Ok(Self { map, file, then })
     }
 

@@ -3,8 +3,8 @@
 //! Every operation is a single IEEE one, none fused, so the bits are the same in two registers of
 //! four and in one of eight. What is worth it is compiled twice and chosen where it runs
 //! ([`widest`]); there everything on the way must be inlined, so that it is compiled for the
-//! instructions of its caller. It is worth it for walks by size, which take four fifths of the time
-//! with registers of eight; retrieval by range takes as long as before, so it is compiled once.
+//! instructions of its caller. Walks by size take four fifths of the time with registers of
+//! eight; retrieval by range takes as long with either, so it is compiled once.
 
 use std::cell::Cell;
 use std::ops::{Add, BitOr, Div, Mul, Sub};

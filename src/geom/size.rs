@@ -131,3 +131,42 @@ impl SizeThreshold {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    #[test]
+    fn one_box_is_judged_as_eight_are() {
+        let mut random = rand_pcg::Pcg64::seed_from_u64(11);
+        for _ in 0..100_000 {
+            let mut number = || 10.0_f32.powf(random.random_range(-6.0..6.0));
+            let pair = |a: f32, b: f32| [f32x8::splat(a), f32x8::splat(b)];
+            let threshold = SizeThreshold {
+                px: 1.0,
+                perspective: true,
+                certain: pair(number(), number()),
+                possible: pair(number(), number()),
+            };
+            // Near the border more often than not.
+            let radius = number();
+            let reach = radius * threshold.certain[0].as_array()[0];
+            let squared = reach * reach * [1.0, 0.999, 1e-3, 1e3][random.random_range(0..4)];
+            let distances = EightDistances {
+                squared: f32x8::splat(squared),
+            };
+            let radii = f32x8::splat(radius);
+            let lane = |set: Lanes| set & 1 == 1;
+            assert_eq!(
+                threshold.is_reached(radius, squared),
+                lane(threshold.reached(radii, &distances))
+            );
+            assert_eq!(
+                threshold.is_missed(radius, squared),
+                lane(threshold.missed(radii, &distances))
+            );
+        }
+    }
+}

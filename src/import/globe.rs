@@ -13,9 +13,9 @@ const POLAR_M: f64 = EQUATORIAL_M * (1.0 - 1.0 / INVERSE_FLATTENING);
 const HIGHEST_M: f64 = 10_000.0;
 
 /// Whether a position lies near the surface of the globe when counted from its middle, and higher
-/// above the plane z = 0 than any place in a system of a plane. Northings in the same range of
-/// numbers, as those of UTM at 57 degrees, are so told from it; so are, wrongly, places within
-/// 10 km of the equator.
+/// above the plane z = 0 than any place in a system of a plane. That tells it from northings in the
+/// same range of numbers, as those of UTM at 57 degrees. Places within 10 km of the equator are
+/// not recognised.
 pub(super) fn is_earth_centred(position: DVec3) -> bool {
     let shell = POLAR_M - HIGHEST_M..=EQUATORIAL_M + HIGHEST_M;
     shell.contains(&position.length()) && position.z.abs() > HIGHEST_M
