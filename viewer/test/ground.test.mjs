@@ -311,9 +311,9 @@ test('shadows lie on the ground where a box stands before the sun', { skip: miss
       return { top: city.absolute([x, y, z]), foot: city.absolute([u, v, ground.height(u, v) + 1.7]) };
     });
     // Not where the hill behind the house is higher than the house.
-    return places.filter(({ top, foot }) => top[2] - foot[2] > 2).slice(0, 3);
+    return places.filter(({ top, foot }) => top[2] - foot[2] > 2).slice(0, 6);
   });
-  assert.equal(boxes.length, 3);
+  assert.equal(boxes.length, 6);
   const seen = { above: 0, within: 0 };
   for (const { top, foot } of boxes) {
     for (const [kind, place] of [
@@ -325,7 +325,10 @@ test('shadows lie on the ground where a box stands before the sun', { skip: miss
       const found = await page.evaluate(shade);
       const where = `${kind}: ${JSON.stringify(found)} from ${place.eye}`;
       assert.equal(found.lighter, 0, where);
-      assert.ok(found.drawn + found.due <= 0.01 * found.both + 10, where);
+      // Not every foot of a house lies in its shadow.
+      if (kind === 'within' && found.both === 0) continue;
+      // Along its edge, some 4·√n pixels of n, the ground as it is drawn decides.
+      assert.ok(found.drawn + found.due <= 0.01 * found.both + Math.sqrt(found.both), where);
       seen[kind] += found.both;
     }
   }
