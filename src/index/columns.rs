@@ -86,10 +86,7 @@ pub(super) fn fill(source: &Source, sections: &mut Sections) -> OwnRadii {
     let columns: Vec<_> = pieces
         .into_iter()
         .zip(lengths)
-        .filter_map(|(nodes, lengths)| {
-            let columns = rest.split_off(source, nodes.clone(), lengths)?;
-            Some((nodes, columns))
-        })
+        .map(|(nodes, lengths)| (nodes.clone(), rest.split_off(source, nodes, lengths)))
         .collect();
     rest.ids.finish();
     rest.attributes.finish();
@@ -119,22 +116,22 @@ impl<'a> Columns<'a> {
         source: &Source,
         nodes: Range<usize>,
         [id_bytes, attribute_bytes]: [usize; 2],
-    ) -> Option<Columns<'a>> {
+    ) -> Columns<'a> {
         let objects = source.own(nodes.clone()).len();
         let starts = &source.own_blocks.starts;
         let blocks = (starts[nodes.end] - starts[nodes.start]) as usize;
-        Some(Columns {
-            boxes: self.boxes.split_off_mut(..objects)?,
-            classes: self.classes.split_off_mut(..objects)?,
-            footprints: self.footprints.split_off_mut(..objects)?,
-            triangles: self.triangles.split_off_mut(..objects)?,
+        Columns {
+            boxes: first(&mut self.boxes, objects),
+            classes: first(&mut self.classes, objects),
+            footprints: first(&mut self.footprints, objects),
+            triangles: first(&mut self.triangles, objects),
             ids: self.ids.split_off(objects, id_bytes),
             attributes: self.attributes.split_off(objects, attribute_bytes),
-            blocks: self.blocks.split_off_mut(..blocks)?,
-            block_radii: self.block_radii.split_off_mut(..blocks)?,
-            largest: self.largest.split_off_mut(..nodes.len())?,
-            least: self.least.split_off_mut(..nodes.len())?,
-        })
+            blocks: first(&mut self.blocks, blocks),
+            block_radii: first(&mut self.block_radii, blocks),
+            largest: first(&mut self.largest, nodes.len()),
+            least: first(&mut self.least, nodes.len()),
+        }
     }
 
     fn write(mut self, source: &Source, nodes: Range<usize>) {
@@ -162,4 +159,11 @@ impl<'a> Columns<'a> {
             }
         }
     }
+}
+
+/// Takes the first so many of what is still to be written.
+fn first<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (first, after) = std::mem::take(rest).split_at_mut(count);
+    *rest = after;
+    first
 }

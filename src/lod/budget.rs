@@ -61,7 +61,7 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
     loop {
         let wanted = search.wanted();
         let missed = sweep(tree, view, &filter, wanted, selection);
-        let sweep = Attempt {
+        let attempt = Attempt {
             budget,
             wanted,
             missed,
@@ -71,13 +71,13 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
         let boxes = tree.arrays().object_boxes;
         let mut take = || {
             let border = &mut selection.sizes.border;
-            border.take(&filter, view, boxes, sweep.missing(), sweep.sizes())
+            border.take(&filter, view, boxes, attempt.missing(), attempt.sizes())
         };
-        let (miss, cut) = if let Some(miss) = sweep.miss_by_number() {
+        let (miss, cut) = if let Some(miss) = attempt.miss_by_number() {
             (Some(miss), None)
         } else {
             let cut = take();
-            (sweep.miss_by_size(&cut), Some(cut))
+            (attempt.miss_by_size(&cut), Some(cut))
         };
         if miss.is_some_and(|miss| search.goes_on(wanted, miss)) {
             selection.forget_ranges();
