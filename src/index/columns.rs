@@ -162,6 +162,10 @@ impl<'a> Columns<'a> {
 }
 
 /// Takes the first so many of what is still to be written.
+#[expect(
+    clippy::mut_mut,
+    reason = "a slice that gets shorter, as in the standard library's own"
+)]
 fn first<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     let (first, after) = std::mem::take(rest).split_at_mut(count);
     *rest = after;
