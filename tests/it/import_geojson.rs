@@ -135,6 +135,33 @@ fn a_doubtful_feature_is_a_warning() {
     );
 }
 
+/// Null island, and a city on the other side of the globe.
+#[test]
+fn what_lies_far_from_the_first_feature_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.geojsonl");
+    let at = |id: &str, lon: f64, lat: f64| {
+        let (east, north) = (lon + 1e-4, lat + 1e-4);
+        format!(
+            r#"{{"type":"Feature","id":"{id}","properties":{{"height":3}},"geometry":{{"type":"Polygon","coordinates":[[[{lon},{lat}],[{east},{lat}],[{east},{north}],[{lon},{lat}]]]}}}}"#
+        )
+    };
+    let features = [
+        at("delft", 4.36, 52.01),
+        at("berlin", 13.4, 52.52),
+        at("null island", 0.0, 0.0),
+        at("sydney", 151.2, -33.87),
+    ];
+    std::fs::write(&path, features.join("\n")).unwrap();
+    let imported = import(&[path], &Options::default(), &|_, _| {}).unwrap();
+    assert_eq!(ids(&imported), ["delft", "berlin"]);
+    let far = "3 positions not finite, off the globe or over 15 degrees";
+    assert_warnings(
+        &imported,
+        &[("null island", "line 3", far), ("sydney", "line 4", far)],
+    );
+}
+
 #[test]
 fn the_height_named_by_the_caller_is_taken() {
     let folder = tempfile::tempdir().unwrap();

@@ -261,11 +261,14 @@ impl<'a, 'c> Features<'a, 'c> {
         }
         for (count, what) in [
             (self.rings.too_short, "of fewer than two numbers"),
-            (self.shape.not_finite(), "not finite or off the globe"),
+            (
+                self.shape.not_finite(),
+                "not finite, off the globe or over 15 degrees from the first one's UTM zone or latitude",
+            ),
         ] {
             if count > 0 {
                 self.problems
-                    .push(format!("{} {what}, left out", counted(count, "position")));
+                    .push(format!("{} {what}, dropped", counted(count, "position")));
             }
         }
     }

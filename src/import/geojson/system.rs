@@ -75,7 +75,7 @@ impl System {
                 let known = collector.known_crs().and_then(Zone::from_crs);
                 let zone = known.unwrap_or_else(|| Zone::of(x, y));
                 collector.crs(&zone.crs())?;
-                if let Ok(utm) = Utm::new(zone) {
+                if let Ok(utm) = Utm::new(zone, y) {
                     *self = Self::Utm(Box::new(utm));
                 }
             }

@@ -6,6 +6,11 @@ const CELLS_PER_DEGREE: f64 = 100.0;
 /// Cells kept, a power of two. They take about 1 MB whatever the size of the file.
 const CELLS_KEPT: usize = 1 << 12;
 
+/// Positions farther than this from the middle of a zone or from the latitude of the first one,
+/// degrees, are of no city that lies there. A zone is 6 wide; here a metre is still within 4 % of
+/// one.
+const FARTHEST_DEG: f64 = 15.0;
+
 /// WGS 84 longitude and latitude → one zone of UTM.
 ///
 /// The projection costs a hundred times as much as reading a coordinate. So it is evaluated at
@@ -15,6 +20,8 @@ const CELLS_KEPT: usize = 1 << 12;
 pub(super) struct Utm {
     geographic: Proj,
     projected: Proj,
+    /// Longitude of the middle of the zone, and latitude of the first position, degrees.
+    middle: [f64; 2],
     cells: Vec<Cell>,
 }
 
@@ -58,7 +65,8 @@ impl Zone {
 }
 
 impl Utm {
-    pub(super) fn new(zone: Zone) -> Result<Self, proj4rs::errors::Error> {
+    /// For positions about this latitude, degrees.
+    pub(super) fn new(zone: Zone, latitude: f64) -> Result<Self, proj4rs::errors::Error> {
         let south = if zone.south { " +south" } else { "" };
         Ok(Self {
             geographic: Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs")?,
@@ -66,6 +74,7 @@ impl Utm {
                 "+proj=utm +zone={}{south} +datum=WGS84 +units=m +no_defs",
                 zone.number
             ))?,
+            middle: [f64::from(zone.number) * 6.0 - 183.0, latitude],
             cells: vec![
                 Cell {
                     key: (i32::MAX, i32::MAX),
@@ -76,10 +85,14 @@ impl Utm {
         })
     }
 
-    /// Easting and northing in metres; NaN where the position is not on the globe or so far from
-    /// the zone that it has none.
+    /// Easting and northing in metres; NaN where the position is not on the globe or more
+    /// than [`FARTHEST_DEG`] from where the others are.
     pub(super) fn project(&mut self, longitude: f64, latitude: f64) -> [f64; 2] {
-        if !is_lon_lat(longitude, latitude) {
+        // The shorter way around the globe.
+        let east = (longitude - self.middle[0] + 180.0).rem_euclid(360.0) - 180.0;
+        let north = latitude - self.middle[1];
+        let is_near = east.abs().max(north.abs()) <= FARTHEST_DEG;
+        if !is_lon_lat(longitude, latitude) || !is_near {
             return [f64::NAN; 2];
         }
         let (x, y) = (longitude * CELLS_PER_DEGREE, latitude * CELLS_PER_DEGREE);
@@ -161,7 +174,7 @@ mod tests {
         };
         for _ in 0..300 {
             let (lon, lat) = (random(-180.0, 180.0), random(-84.0, 84.0));
-            let Ok(mut utm) = Utm::new(Zone::of(lon, lat)) else {
+            let Ok(mut utm) = Utm::new(Zone::of(lon, lat), lat) else {
                 unreachable!("every zone has a projection");
             };
             for _ in 0..20 {
@@ -182,12 +195,33 @@ mod tests {
         let (lon, lat) = (-79.387_139, 43.642_567);
         let zone = Zone::of(lon, lat);
         assert_eq!(zone.crs(), "EPSG:32617");
-        let Ok(mut utm) = Utm::new(zone) else {
+        let Ok(mut utm) = Utm::new(zone, lat) else {
             unreachable!("every zone has a projection");
         };
         let [x, y] = utm.project(lon, lat);
         assert!((x - 630_084.0).abs() < 1.0, "{x}");
         assert!((y - 4_833_438.0).abs() < 1.0, "{y}");
+    }
+
+    #[test]
+    fn what_is_far_from_a_zone_has_no_place_in_it() {
+        let Ok(mut utm) = Utm::new(Zone::of(179.9, 50.0), 50.0) else {
+            unreachable!("every zone has a projection");
+        };
+        for (lon, lat, is_near) in [
+            (177.0, 50.0, true),
+            (162.1, 50.0, true),
+            (161.9, 50.0, false),
+            (-168.1, 50.0, true),
+            (-167.9, 50.0, false),
+            (0.0, 50.0, false),
+            (177.0, 64.9, true),
+            (177.0, 65.1, false),
+            (177.0, 0.0, false),
+        ] {
+            let [x, _] = utm.project(lon, lat);
+            assert_eq!(x.is_finite(), is_near, "{lon} {lat}");
+        }
     }
 
     #[test]

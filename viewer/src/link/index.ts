@@ -50,6 +50,8 @@ export class Link {
   private asking: Asking | undefined;
   private ranges: Range[] = [];
   private attempts = 0;
+  /** A stream was had: where none can be had now, it is the service that is away. */
+  private streamed = false;
   private timer: number | undefined;
   private closed = false;
   private generation = 0;
@@ -101,16 +103,20 @@ export class Link {
       answered: (ask, head, change) => {
         if (!current()) return;
         this.attempts = 0;
+        this.streamed ||= way === 'stream';
         this.take(ask, head, change);
       },
       lost: (blocked) => {
         if (!current()) return;
         this.events.way('none');
         this.asking = undefined;
-        const again = way === 'stream' && blocked ? () => this.poll() : () => this.stream();
-        const wait = way === 'stream' && blocked ? 0 : Math.min(250 * 2 ** this.attempts, LONGEST_WAIT);
+        if (blocked && !this.streamed) {
+          this.poll();
+          return;
+        }
+        const wait = Math.min(250 * 2 ** this.attempts, LONGEST_WAIT);
         this.attempts += 1;
-        this.timer = window.setTimeout(again, wait);
+        this.timer = window.setTimeout(() => this.stream(), wait);
       },
     });
   }
