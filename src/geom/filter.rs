@@ -342,19 +342,25 @@ impl<F: Floats> EightDistances<F> {
     pub fn squared(&self) -> F {
         self.squared
     }
-}
 
-impl EightDistances {
+    /// The same as they lie in memory.
+    #[inline(always)]
+    pub(crate) fn in_memory(&self) -> EightDistances {
+        EightDistances {
+            squared: f32x8::from(self.squared.to_array()),
+        }
+    }
+
     /// Boxes certainly nearer than the threshold.
-    #[inline]
+    #[inline(always)]
     pub fn nearer(&self, threshold: &Threshold) -> Lanes {
-        self.squared.less(threshold.below)
+        self.squared.less(F::of(&threshold.below))
     }
 
     /// Boxes certainly not nearer than the threshold.
-    #[inline]
+    #[inline(always)]
     pub fn not_nearer(&self, threshold: &Threshold) -> Lanes {
-        threshold.above.less(self.squared)
+        F::of(&threshold.above).less(self.squared)
     }
 }
 

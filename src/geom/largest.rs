@@ -3,7 +3,7 @@
 use wide::{f32x8, i32x8};
 
 use super::filter::DISTANCE_SLACK;
-use super::{EightDistances, Filter, Lanes, PixelScale};
+use super::{EightDistances, Filter, Floats, Lanes, PixelScale};
 
 /// Keeps an upper bound of radius/distance in a perspective, of the radius otherwise.
 ///
@@ -41,27 +41,20 @@ impl LargestSize {
     }
 
     /// Those of `set` that may be larger than the bound.
-    #[inline]
-    pub fn exceeding(&self, radii: f32x8, distances: &EightDistances, set: Lanes) -> Lanes {
+    #[inline(always)]
+    pub fn exceeding<F: Floats>(
+        &self,
+        radii: F,
+        distances: &EightDistances<F>,
+        set: Lanes,
+    ) -> Lanes {
         let within = if self.perspective {
-            let radii = radii + self.margin;
-            (radii * radii).simd_le(distances.squared * self.squared)
+            let radii = radii + F::of(&self.margin);
+            (radii * radii).at_most(distances.squared * F::of(&self.squared))
         } else {
-            radii.simd_le(f32x8::splat(self.bound))
+            radii.at_most(F::splat(self.bound))
         };
-        set & !within.to_bitmask()
-    }
-
-    /// Radii up to these are not larger than the bound at the distances.
-    #[inline]
-    pub fn quiet_radii(&self, distances: &EightDistances) -> f32x8 {
-        const LESS: f32 = 1.0 - 4.0 * DISTANCE_SLACK as f32;
-        if self.perspective {
-            let distance = distances.squared.sqrt() * f32x8::splat(LESS);
-            (distance - f32x8::splat(self.distance_error)) * f32x8::splat(self.bound * LESS)
-        } else {
-            f32x8::splat(self.bound)
-        }
+        set & !within
     }
 
     /// Takes the boxes in `set` into account, infinitely large around the eye.

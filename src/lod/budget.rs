@@ -65,7 +65,7 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
             budget,
             wanted,
             missed,
-            sure: selection.count(),
+            sure: selection.ranges.count(),
             border: selection.sizes.border.len(),
         };
         let boxes = tree.arrays().object_boxes;

@@ -7,26 +7,27 @@ use std::ops::Range;
 
 use super::lanes;
 use super::ranges::Ranges;
-use crate::geom::{Aabb, Eight, Lanes, PlaneSet, View};
+use crate::geom::{Aabb, Eight, EightRelations, Filter, Floats, Lanes, PlaneSet, View};
 use crate::index::Arrays;
 
-/// Objects stored with one node, or with neighbouring nodes of which all are drawn.
+/// Nodes that add their own objects.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Own {
-    first: u32,
-    end: u32,
-    /// Where their boxes begin, or [`ALL_DRAWN`].
-    block: u32,
-    /// Planes the node crosses.
-    planes: PlaneSet,
+enum Adding {
+    /// Neighbouring nodes of which all is drawn.
+    Whole { first: u32, end: u32 },
+    /// Those of eight siblings, counted from `first`, in `set`. Each object is looked at, but for
+    /// those of the nodes in `drawn`.
+    Some {
+        first: u32,
+        set: u8,
+        drawn: u8,
+        relations: EightRelations,
+    },
 }
 
-/// Stands for a block: nothing needs to be looked at.
-const ALL_DRAWN: u32 = u32::MAX;
-
-/// The own objects of one level in the making.
+/// The nodes of one level that add their own objects.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Gathered(Vec<Own>);
+pub(super) struct Gathered(Vec<Adding>);
 
 impl Gathered {
     /// Forgets everything but its memory.
@@ -36,16 +37,11 @@ impl Gathered {
 
     /// Adds the own objects of neighbouring nodes, all of which are drawn.
     #[inline]
-    pub(super) fn whole(&mut self, arrays: &Arrays, nodes: &Range<u32>) {
-        let own = |node: u32| arrays.own.get(node as usize).copied();
-        if let (Some(first), Some(end)) = (own(nodes.start), own(nodes.end)) {
-            self.0.push(Own {
-                first,
-                end,
-                block: ALL_DRAWN,
-                planes: 0,
-            });
-        }
+    pub(super) fn whole(&mut self, nodes: &Range<u32>) {
+        self.0.push(Adding::Whole {
+            first: nodes.start,
+            end: nodes.end,
+        });
     }
 
     /// Adds the own objects of the nodes in `set`, counted from `first`. Each is looked at, but
@@ -53,34 +49,17 @@ impl Gathered {
     #[inline(always)]
     pub(super) fn nodes(
         &mut self,
-        arrays: &Arrays,
         first: u32,
         set: Lanes,
         drawn: Lanes,
-        planes: impl Fn(u32) -> PlaneSet,
+        relations: &EightRelations,
     ) {
-        let (Some(own), Some(blocks)) = (
-            arrays.own.get(first as usize..),
-            arrays.own_block_starts.get(first as usize..),
-        ) else {
-            return; // only in a damaged file
-        };
-        self.0.extend(lanes::each(set).filter_map(|lane| {
-            let at = lane as usize;
-            let (&[first, end], &block) = (own.get(at..)?.first_chunk()?, blocks.get(at)?);
-            let block = if lanes::has(drawn, lane) {
-                ALL_DRAWN
-            } else {
-                block
-            };
-            let planes = planes(lane);
-            Some(Own {
-                first,
-                end,
-                block,
-                planes,
-            })
-        }));
+        self.0.push(Adding::Some {
+            first,
+            set: set as u8,
+            drawn: (set & drawn) as u8,
+            relations: *relations,
+        });
     }
 
     /// Lists the objects that are drawn: `drawn` tells which of eight, by the number of their
@@ -93,50 +72,148 @@ impl Gathered {
         arrays: &Arrays,
         next: &mut u32,
         ranges: &mut Ranges,
-        mut drawn: impl FnMut(usize, &Eight, u32, Lanes, PlaneSet) -> Lanes,
+        drawn: impl FnMut(usize, &Eight, u32, Lanes, PlaneSet) -> Lanes,
     ) -> u32 {
-        let known = arrays.object_boxes.len() as u32;
-        let mut tested = 0;
-        for &Own {
-            mut first,
-            end,
-            block,
-            planes,
-        } in &self.0
-        {
-            if first < *next || end < first || end > known {
-                continue; // only in a damaged file
-            }
-            *next = end;
-            if block == ALL_DRAWN {
-                ranges.push(first..end);
-                continue;
-            }
-            tested += end - first;
-            let mut block = block as usize;
-            while first < end {
-                let Some(boxes) = arrays.own_blocks.get(block) else {
-                    break; // only in a damaged file
-                };
-                let set = lanes::first((end - first).min(8));
-                let set = drawn(block, boxes, first, set, planes);
-                ranges.push_runs(first, set);
-                first = first.saturating_add(8);
-                block += 1;
+        let mut listing = Listing {
+            arrays,
+            known: arrays.object_boxes.len() as u32,
+            next: *next,
+            ranges,
+            drawn,
+            tested: 0,
+        };
+        for adding in &self.0 {
+            match *adding {
+                Adding::Whole { first, end } => listing.whole(first, end),
+                Adding::Some {
+                    first,
+                    set,
+                    drawn,
+                    relations,
+                } => listing.some(first, set.into(), drawn.into(), &relations),
             }
         }
-        tested
+        *next = listing.next;
+        listing.tested
     }
 }
 
-/// Which of eight objects from `first` on are not outside the frustum, decided in f64.
-#[cold]
-pub(super) fn not_outside(view: &View, boxes: &[[f64; 6]], first: u32, set: Lanes) -> Lanes {
-    let seen = |&lane: &u32| {
-        let exact = Aabb::nth(boxes, first + lane);
-        exact.is_some_and(|exact| !view.frustum().is_outside(&exact))
-    };
-    lanes::each(set)
-        .filter(seen)
-        .fold(0, |set, lane| set | 1 << lane)
+struct Listing<'a, D> {
+    arrays: &'a Arrays<'a>,
+    known: u32,
+    next: u32,
+    ranges: &'a mut Ranges,
+    drawn: D,
+    tested: u32,
+}
+
+impl<D: FnMut(usize, &Eight, u32, Lanes, PlaneSet) -> Lanes> Listing<'_, D> {
+    /// The own objects of neighbouring nodes.
+    #[inline(always)]
+    fn own(&mut self, first: u32, end: u32) -> Option<Range<u32>> {
+        let (&first, &end) = (
+            self.arrays.own.get(first as usize)?,
+            self.arrays.own.get(end as usize)?,
+        );
+        if first < self.next || end < first || end > self.known {
+            return None; // only in a damaged file
+        }
+        self.next = end;
+        Some(first..end)
+    }
+
+    #[inline(always)]
+    fn whole(&mut self, first: u32, end: u32) {
+        if let Some(objects) = self.own(first, end) {
+            self.ranges.push(objects);
+        }
+    }
+
+    #[inline(always)]
+    fn some(&mut self, first: u32, set: Lanes, drawn: Lanes, relations: &EightRelations) {
+        let mut rest = set;
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            let node = first + lane;
+            // Neighbours of which all is drawn are one.
+            let run = lanes::run_length(drawn, lane);
+            if run > 0 {
+                self.whole(node, node + run);
+                rest = lanes::after_run(rest, lane, run);
+            } else {
+                self.look_at(node, relations.open_planes(lane));
+                rest &= rest - 1;
+            }
+        }
+    }
+
+    /// Looks at the own objects of a node, eight at a time.
+    #[inline(always)]
+    fn look_at(&mut self, node: u32, planes: PlaneSet) {
+        let Some(objects) = self.own(node, node + 1) else {
+            return;
+        };
+        self.tested += objects.end - objects.start;
+        let block = self.arrays.own_block_starts.get(node as usize);
+        let block = block.map_or(usize::MAX, |&block| block as usize);
+        for (block, first) in (block..).zip(objects.clone().step_by(8)) {
+            let Some(boxes) = self.arrays.own_blocks.get(block) else {
+                return; // only in a damaged file
+            };
+            let set = lanes::first((objects.end - first).min(8));
+            let set = (self.drawn)(block, boxes, first, set, planes);
+            self.ranges.push_runs(first, set);
+        }
+    }
+}
+
+/// What decides whether an object is seen.
+#[derive(Clone, Copy)]
+pub(super) struct Sight<'a> {
+    pub(super) view: &'a View,
+    pub(super) filter: &'a Filter,
+    pub(super) object_boxes: &'a [[f64; 6]],
+}
+
+impl<'a> Sight<'a> {
+    pub(super) fn new(view: &'a View, filter: &'a Filter, arrays: &Arrays<'a>) -> Self {
+        Self {
+            view,
+            filter,
+            object_boxes: arrays.object_boxes,
+        }
+    }
+
+    /// Which of eight objects from `first` on, those in `set`, are not outside one of `planes`.
+    #[inline(always)]
+    pub(super) fn seen<F: Floats>(
+        &self,
+        boxes: &Eight,
+        first: u32,
+        set: Lanes,
+        planes: PlaneSet,
+    ) -> Lanes {
+        if planes == 0 {
+            return set;
+        }
+        let (outside, touching) = self.filter.outside_or_touching_in::<F>(boxes, planes);
+        let open = set & !(outside | touching);
+        if open == 0 {
+            return set & touching;
+        }
+        // What f32 leaves open is decided in f64.
+        set & touching | self.not_outside(first, open)
+    }
+
+    /// Which of eight objects are not outside the frustum, decided in f64.
+    #[cold]
+    fn not_outside(&self, first: u32, set: Lanes) -> Lanes {
+        let seen = |&lane: &u32| {
+            let exact = Aabb::nth(self.object_boxes, first + lane);
+            exact.is_some_and(|exact| !self.view.frustum().is_outside(&exact))
+        };
+        lanes::each(set)
+            .filter(seen)
+            .fold(0, |set, lane| set | 1 << lane)
+    }
 }

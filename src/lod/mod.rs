@@ -13,6 +13,7 @@ mod error;
 mod gather;
 mod lanes;
 mod mode;
+mod near;
 mod omitted;
 mod range;
 mod ranges;

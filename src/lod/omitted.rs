@@ -5,7 +5,7 @@ use std::ops::Range;
 use wide::f32x8;
 
 use super::retrieve::Traversal;
-use crate::geom::{Aabb, Eight, EightDistances, Filter, Lanes};
+use crate::geom::{Aabb, Eight, EightDistances, Filter, Floats, Lanes};
 
 impl Traversal<'_> {
     pub(super) fn hidden(&self, node: u32) -> f32 {
@@ -29,37 +29,40 @@ impl Traversal<'_> {
 
     /// Keeps the largest size on the screen of what is stored at levels lower than `cut` below the
     /// nodes of `level` in the set `stopped`.
-    #[inline]
-    pub(super) fn note_hidden(
+    #[inline(always)]
+    pub(super) fn note_hidden<F: Floats>(
         &mut self,
         cut: u32,
         level: u32,
         first: u32,
-        distances: &EightDistances,
+        distances: &EightDistances<F>,
         stopped: Lanes,
     ) {
-        if let Some(&radii) = self.arrays.hidden_below(cut, level, first) {
-            let radii = f32x8::from(radii);
-            if self.omitted.exceeding(radii, distances, stopped) != 0 {
-                self.omitted.raise(radii, distances, stopped);
+        if let Some(radii) = self.arrays.hidden_below(cut, level, first) {
+            let exceeding = self
+                .omitted
+                .exceeding(F::of_array(radii), distances, stopped);
+            if exceeding != 0 {
+                let radii = f32x8::from(*radii);
+                self.omitted.raise(radii, &distances.in_memory(), stopped);
             }
         }
     }
 
     /// The same for nodes left out altogether: what they hold is hidden below their parent, and
     /// no larger than their box.
-    #[inline]
-    pub(super) fn note_beyond(
+    #[inline(always)]
+    pub(super) fn note_beyond<F: Floats>(
         &mut self,
         boxes: &Eight,
-        distances: &EightDistances,
+        distances: &EightDistances<F>,
         beyond: Lanes,
         parent_hidden: f32,
     ) {
-        let hidden = f32x8::splat(parent_hidden);
+        let hidden = F::splat(parent_hidden);
         if self.omitted.exceeding(hidden, distances, beyond) != 0 {
-            let radii = Filter::radii(boxes).fast_min(hidden);
-            self.omitted.raise(radii, distances, beyond);
+            let radii = Filter::radii(boxes).fast_min(f32x8::splat(parent_hidden));
+            self.omitted.raise(radii, &distances.in_memory(), beyond);
         }
     }
 }

@@ -18,6 +18,11 @@ impl Ranges {
         &self.list
     }
 
+    /// How many objects there are.
+    pub(super) fn count(&self) -> u32 {
+        self.list.iter().map(|range| range.end - range.start).sum()
+    }
+
     /// Forgets everything but its memory.
     pub(super) fn clear(&mut self) {
         self.list.clear();

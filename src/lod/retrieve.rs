@@ -20,15 +20,14 @@
 use std::ops::Range;
 
 use super::descent::Descent;
-use super::gather::{Gathered, not_outside};
+use super::gather::{Gathered, Sight};
 use super::lanes;
 use super::ranges::Ranges;
 use super::selection::Stats;
-use super::settle::Settled;
 use super::{RangeLod, Selection};
 use crate::geom::{
-    Aabb, Eight, EightDistances, EightRelations, Filter, Lanes, LargestSize, PixelScale, PlaneSet,
-    Threshold, View,
+    Aabb, Eight, EightRelations, Filter, Floats, Kernel, Lanes, LargestSize, PixelScale, PlaneSet,
+    Threshold, View, widest,
 };
 use crate::index::{Arrays, LodTree};
 
@@ -77,13 +76,20 @@ pub fn retrieve(tree: &LodTree, view: &View, lod: &RangeLod, selection: &mut Sel
     let mut next = 0;
     for level in (0..=root).rev() {
         traversal.start(level);
-        for open in &*open {
-            traversal.look_at(level, open);
-        }
+        widest(LookAt {
+            traversal: &mut traversal,
+            level,
+            open,
+        });
         if level + 1 == traversal.ranged_levels {
             traversal.merge_representatives(ranges);
         }
-        traversal.list(&mut next, ranges); // step 7: coarse levels come first
+        // Step 7: coarse levels come first.
+        widest(ListObjects {
+            traversal: &mut traversal,
+            next: &mut next,
+            ranges,
+        });
         std::mem::swap(open, traversal.below);
     }
     let (largest, stats) = (traversal.omitted.bound(), traversal.stats);
@@ -148,6 +154,52 @@ pub(super) struct Traversal<'a> {
     pub(super) representatives: &'a mut Vec<u32>,
 }
 
+/// Looks at the nodes of a level.
+struct LookAt<'a, 'b> {
+    traversal: &'a mut Traversal<'b>,
+    level: u32,
+    open: &'a [Open],
+}
+
+impl Kernel for LookAt<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Floats>(self) {
+        for open in self.open {
+            self.traversal.look_at::<F>(self.level, open);
+        }
+    }
+}
+
+/// Lists the objects that a level adds.
+struct ListObjects<'a, 'b> {
+    traversal: &'a mut Traversal<'b>,
+    next: &'a mut u32,
+    ranges: &'a mut Ranges,
+}
+
+impl Kernel for ListObjects<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Floats>(self) {
+        let Traversal {
+            arrays,
+            view,
+            filter,
+            own,
+            stats,
+            ..
+        } = self.traversal;
+        let sight = Sight::new(view, filter, arrays);
+        let seen =
+            |_, boxes: &Eight, first, set, planes| sight.seen::<F>(boxes, first, set, planes);
+        let tested = own.list(arrays, self.next, self.ranges, seen);
+        stats.objects_tested = stats.objects_tested.saturating_add(tested);
+    }
+}
+
 impl Traversal<'_> {
     fn start(&mut self, level: u32) {
         self.descent = Descent::to(&self.arrays, self.root - level + 1);
@@ -155,7 +207,8 @@ impl Traversal<'_> {
         self.own.clear();
     }
 
-    fn look_at(&mut self, level: u32, open: &Open) {
+    #[inline(always)]
+    fn look_at<F: Floats>(&mut self, level: u32, open: &Open) {
         match open {
             Open::Near {
                 nodes,
@@ -163,7 +216,7 @@ impl Traversal<'_> {
                 planes,
                 hidden,
             } => self.siblings(nodes, *block, |walk, boxes, first, count| {
-                walk.near(level, boxes, first, count, *planes, *hidden);
+                walk.near::<F>(level, boxes, first, count, *planes, *hidden);
             }),
             Open::Settled {
                 nodes,
@@ -171,17 +224,17 @@ impl Traversal<'_> {
                 planes,
                 cut,
             } => self.siblings(nodes, *block, |walk, boxes, first, count| {
-                walk.settled(level, boxes, first, count, *planes, *cut);
+                walk.settled::<F>(level, boxes, first, count, *planes, *cut);
             }),
             Open::Whole { nodes, cut } => {
-                self.own.whole(&self.arrays, nodes);
+                self.own.whole(nodes);
                 self.open_whole(level, nodes.clone(), *cut);
             }
         }
     }
 
     /// Looks at siblings eight at a time; `block` is where their boxes begin.
-    #[inline]
+    #[inline(always)]
     fn siblings(
         &mut self,
         nodes: &Range<u32>,
@@ -194,129 +247,6 @@ impl Traversal<'_> {
             let count = (nodes.end - first).min(8);
             self.stats.nodes_visited += count;
             eight(self, boxes, first, count);
-        }
-    }
-
-    /// Steps 2 to 6 for `count` children of a node nearer than its range.
-    #[inline]
-    fn near(
-        &mut self,
-        level: u32,
-        boxes: &Eight,
-        first: u32,
-        count: u32,
-        planes: PlaneSet,
-        parent_hidden: f32,
-    ) {
-        // Step 2. Of an ambiguous box it is safe to say that it crosses: its objects are tested.
-        let relations = self.filter.relations(boxes, planes);
-        let visible = lanes::first(count) & !relations.outside;
-        if visible == 0 {
-            return;
-        }
-        // Steps 3 and 5: where does the distance lie to the range of the level?
-        let distances = self.filter.distances(boxes);
-        let kept = self.nearer(first, &distances, level, visible);
-        if kept != visible {
-            self.note_beyond(boxes, &distances, visible & !kept, parent_hidden);
-        }
-        let nearer = if level == 0 {
-            0
-        } else if level < self.ranged_levels {
-            self.nearer(first, &distances, level - 1, kept)
-        } else {
-            kept
-        };
-        if level < self.ranged_levels {
-            self.add(level, first, kept, &relations);
-        }
-        if nearer != kept && level > 0 {
-            self.note_hidden(level, level, first, &distances, kept & !nearer);
-        }
-        if nearer != 0 {
-            let settled = self.settle(level, first, boxes, &distances, nearer);
-            self.descend(level, first, nearer, &relations, &settled);
-        }
-    }
-
-    /// The boxes of `set` nearer than the far distance of a level; what f32 leaves open is
-    /// decided in f64.
-    #[inline]
-    fn nearer(&self, first: u32, distances: &EightDistances, level: u32, set: Lanes) -> Lanes {
-        // Levels that pass through do so as far as the last that has a range reaches.
-        let Some(far) = self.far.get(level as usize).or(self.far.last()) else {
-            return set;
-        };
-        if far.distance == f64::INFINITY {
-            return set;
-        }
-        let nearer = set & distances.nearer(far);
-        if nearer == set {
-            return set;
-        }
-        let open = (set ^ nearer) & !distances.not_nearer(far);
-        if open == 0 {
-            nearer
-        } else {
-            nearer | self.nearer_than(far.distance, first, open)
-        }
-    }
-
-    /// The same, decided in f64.
-    #[cold]
-    fn nearer_than(&self, far: f64, first: u32, set: Lanes) -> Lanes {
-        let nearer = |&lane: &u32| {
-            Aabb::nth(self.arrays.node_boxes, first + lane)
-                .is_some_and(|exact| exact.distance(self.view.eye()) < far)
-        };
-        lanes::each(set)
-            .filter(nearer)
-            .fold(0, |set, lane| set | 1 << lane)
-    }
-
-    /// Steps 4 and 6 for siblings nearer than their range.
-    #[inline]
-    fn descend(
-        &mut self,
-        level: u32,
-        first: u32,
-        nearer: Lanes,
-        relations: &EightRelations,
-        settled: &Settled,
-    ) {
-        let whole = settled.set & relations.inside;
-        for lane in lanes::each(nearer) {
-            let node = first + lane;
-            let cut = u32::from(settled.at[lane as usize & 7]);
-            if lanes::has(whole, lane) {
-                self.whole(level, node, cut);
-            } else {
-                let planes = relations.open_planes(lane);
-                if lanes::has(settled.set, lane) {
-                    self.open_settled(level, node, planes, cut);
-                } else {
-                    self.open_near(level, node, planes);
-                }
-            }
-        }
-    }
-
-    /// Steps 4 and 6: on to the children of a node nearer than its range.
-    #[inline]
-    fn open_near(&mut self, level: u32, node: u32, planes: PlaneSet) {
-        if let Some((nodes, block)) = self.children(node) {
-            // A node without a range has added nothing, its own objects neither.
-            let hidden = if level < self.ranged_levels {
-                self.hidden(node)
-            } else {
-                self.hidden(node).max(self.promoted(&nodes))
-            };
-            self.below.push(Open::Near {
-                nodes,
-                block,
-                planes,
-                hidden,
-            });
         }
     }
 
@@ -337,9 +267,9 @@ impl Traversal<'_> {
                 self.add_representative(first + lane, relations.open_planes(lane));
             }
         }
-        let planes = |lane| relations.open_planes(lane);
-        self.own
-            .nodes(&self.arrays, first, set, relations.inside, planes);
+        if set != 0 {
+            self.own.nodes(first, set, relations.inside, relations);
+        }
     }
 
     /// Adds the object that stands for `node`, stored with an ancestor that has added nothing,
@@ -364,29 +294,5 @@ impl Traversal<'_> {
             self.representatives.sort_unstable();
             ranges.merge(self.representatives.drain(..));
         }
-    }
-
-    /// Lists the objects that a level adds.
-    #[inline(never)]
-    fn list(&mut self, next: &mut u32, ranges: &mut Ranges) {
-        let Self {
-            arrays,
-            view,
-            filter,
-            ..
-        } = *self;
-        let tested = self
-            .own
-            .list(&arrays, next, ranges, |_, boxes, first, set, planes| {
-                let (outside, touching) = filter.outside_or_touching(boxes, planes);
-                let open = set & !(outside | touching);
-                if open == 0 {
-                    set & touching
-                } else {
-                    // What f32 leaves open is decided in f64.
-                    set & touching | not_outside(view, arrays.object_boxes, first, open)
-                }
-            });
-        self.stats.objects_tested = self.stats.objects_tested.saturating_add(tested);
     }
 }

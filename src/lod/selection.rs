@@ -16,6 +16,8 @@ pub struct Selection {
     pub(super) walk: Walk,
     /// Memory of a walk by size.
     pub(super) sizes: Sizes,
+    /// Of the ranges, since the answer was concluded.
+    count: u32,
     bound: f64,
     stats: Stats,
 }
@@ -37,7 +39,7 @@ impl Selection {
 
     /// How many objects there are to draw.
     pub fn count(&self) -> u32 {
-        self.ranges().iter().map(|r| r.end - r.start).sum()
+        self.count
     }
 
     /// Their numbers one by one, ascending.
@@ -61,14 +63,16 @@ impl Selection {
     /// Keeps only the objects for which `keep` holds; they are asked for once each, ascending.
     /// What this leaves out does not count for [`Selection::error_px`]. Returns how many went.
     pub fn retain(&mut self, keep: impl FnMut(u32) -> bool) -> u32 {
-        let before = self.count();
+        let before = self.count;
         self.ranges.retain(keep);
-        before - self.count()
+        self.count = self.ranges.count();
+        before - self.count
     }
 
     /// Forgets everything but its memory.
     pub(super) fn clear(&mut self) {
         self.ranges.clear();
+        self.count = 0;
         self.bound = 0.0;
         self.stats = Stats::default();
     }
@@ -83,8 +87,9 @@ impl Selection {
         self.stats = stats;
     }
 
-    /// States the bound, pixels.
+    /// States the bound, pixels: the answer is whole.
     pub(super) fn conclude(&mut self, error_px: f64) {
+        self.count = self.ranges.count();
         self.bound = error_px;
     }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::lanes;
 use super::retrieve::{Open, Traversal};
-use crate::geom::{Eight, EightDistances, Lanes, PlaneSet, Threshold};
+use crate::geom::{Eight, EightDistances, Floats, Lanes, PlaneSet, Threshold};
 
 /// Siblings that lie wholly in the range of one level, and which level that is.
 #[derive(Default)]
@@ -16,16 +16,16 @@ pub(super) struct Settled {
 impl Traversal<'_> {
     /// Which of `nearer` lie wholly in the range of one level below theirs, and in which: what is
     /// stored below that level is left out.
-    #[inline]
-    pub(super) fn settle(
+    #[inline(always)]
+    pub(super) fn settle<F: Floats>(
         &mut self,
         level: u32,
         first: u32,
         boxes: &Eight,
-        distances: &EightDistances,
+        distances: &EightDistances<F>,
         nearer: Lanes,
     ) -> Settled {
-        let farthest = self.filter.farthest(boxes);
+        let farthest = self.filter.farthest_in::<F>(boxes);
         let mut settled = Settled::default();
         let mut open = nearer;
         let ranges = self.far.iter().take(level as usize);
@@ -72,7 +72,7 @@ impl Traversal<'_> {
             if level < self.root {
                 self.add_representative(node, 0);
             }
-            self.own.whole(&self.arrays, &(node..node + 1));
+            self.own.whole(&(node..node + 1));
         }
         self.open_whole(level, node..node + 1, cut);
     }
@@ -93,8 +93,8 @@ impl Traversal<'_> {
     }
 
     /// `count` siblings of which the distance is settled.
-    #[inline]
-    pub(super) fn settled(
+    #[inline(always)]
+    pub(super) fn settled<F: Floats>(
         &mut self,
         level: u32,
         boxes: &Eight,
@@ -103,7 +103,7 @@ impl Traversal<'_> {
         planes: PlaneSet,
         cut: u32,
     ) {
-        let relations = self.filter.relations(boxes, planes);
+        let relations = self.filter.relations_in::<F>(boxes, planes);
         let visible = lanes::first(count) & !relations.outside;
         if level < self.ranged_levels {
             self.add(level, first, visible, &relations);

@@ -13,7 +13,7 @@ use std::ops::Range;
 use super::border::Border;
 use super::budget::Last;
 use super::descent::Descent;
-use super::gather::Gathered;
+use super::gather::{Gathered, Sight};
 use super::ranges::Ranges;
 use super::selection::Stats;
 use super::sizing::Sizing;
@@ -90,8 +90,7 @@ pub(super) fn sweep(
     let mut sweep = Sweep {
         sizing: Sizing {
             arrays,
-            view,
-            filter,
+            sight: Sight::new(view, filter, &arrays),
             sure: threshold(wanted.sure),
             least: threshold(wanted.least),
             missed: false,
@@ -189,7 +188,7 @@ impl Sweep<'_> {
                 planes,
             } => self.siblings::<F>(level, nodes, *block as usize, *planes),
             Open::Whole { nodes } => {
-                self.own.whole(&self.sizing.arrays, nodes);
+                self.own.whole(nodes);
                 if level > 0 {
                     self.open_whole(nodes.clone());
                 }
@@ -243,12 +242,12 @@ impl Sweep<'_> {
         };
         let visited = &mut self.stats.nodes_visited;
         *visited = visited.saturating_add(count);
-        let relations = self.sizing.filter.relations_in::<F>(boxes, planes);
+        let relations = self.sizing.sight.filter.relations_in::<F>(boxes, planes);
         let visible = lanes::first(count) & !relations.outside;
         if visible == 0 {
             return;
         }
-        let distances = self.sizing.filter.distances_in::<F>(boxes);
+        let distances = self.sizing.sight.filter.distances_in::<F>(boxes);
         let large = self
             .sizing
             .large_enough(F::of(largest), &distances, visible);
@@ -268,12 +267,10 @@ impl Sweep<'_> {
         let whole = if inside == 0 {
             0
         } else {
-            let farthest = self.sizing.filter.farthest_in::<F>(boxes);
+            let farthest = self.sizing.sight.filter.farthest_in::<F>(boxes);
             inside & self.sizing.sure.reached(F::of(least), &farthest)
         };
-        let planes = |lane| relations.open_planes(lane);
-        self.own
-            .nodes(&self.sizing.arrays, first, large, whole, planes);
+        self.own.nodes(first, large, whole, &relations);
         if level == 0 {
             return;
         }
@@ -281,7 +278,7 @@ impl Sweep<'_> {
             if lanes::has(whole, lane) {
                 self.open_whole(first + lane..first + lane + 1);
             } else {
-                self.open(first + lane, planes(lane));
+                self.open(first + lane, relations.open_planes(lane));
             }
         }
     }

@@ -225,7 +225,7 @@ fn modes_are_brute_force_and_keep_their_bound() {
             tied += u32::from(cut && seen.iter().filter(|s| s.0 == error_px).count() > 1);
             around += u32::from(seen.iter().any(|(size, _)| *size == f64::INFINITY));
             let lod = Lod::Range(retrieval::lod(&mut rng, reach));
-            select(&tree, &view, &lod, &mut selection);
+            select_in_both(&tree, &view, &lod, &mut selection);
             assert!(largest_omitted(&seen, &selection) <= selection.error_px());
         }
     }

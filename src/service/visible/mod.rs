@@ -134,8 +134,18 @@ pub fn with_frame<T>(
     config: &Config,
     then: impl FnOnce(&Frame) -> Result<T, Problem>,
 ) -> Result<T, Problem> {
+    FRAME.with_borrow_mut(|frame| {
+        work_out(frame, city, asked, config);
+        if frame.gave_up() {
+            Err(too_costly(frame, config))
+        } else {
+            then(frame)
+        }
+    })
+}
+
+fn work_out(frame: &mut Frame, city: &City, asked: &Resolved, config: &Config) {
     let Resolved { view, lod, active } = asked;
-    let mut frame = FRAME.take();
     let start = Instant::now();
     let mut work = |active: &Active| match city.land() {
         Some(land) => frame.work_out_on(land, city.tree(), view, lod, active, || start.elapsed()),
@@ -151,17 +161,14 @@ pub fn with_frame<T>(
     } else {
         work(active);
     }
-    let made = if frame.gave_up() {
-        let ms = config.max_occlusion.as_millis();
-        let count = frame.selection().count();
-        let detail = format!(
-            "occlusion of {count} objects takes longer than {ms} ms (option --max-occlusion-ms): \
-             ask for less detail, a smaller width_px, or switch it off"
-        );
-        Err(Problem::new(Kind::TooCostly, detail))
-    } else {
-        then(&frame)
-    };
-    FRAME.set(frame);
-    made
+}
+
+fn too_costly(frame: &Frame, config: &Config) -> Problem {
+    let ms = config.max_occlusion.as_millis();
+    let count = frame.selection().count();
+    let detail = format!(
+        "occlusion of {count} objects takes longer than {ms} ms (option --max-occlusion-ms): \
+         ask for less detail, a smaller width_px, or switch it off"
+    );
+    Problem::new(Kind::TooCostly, detail)
 }
