@@ -158,7 +158,10 @@ fn what_lies_far_from_the_first_feature_is_left_out() {
     let far = "3 positions not finite, off the globe or over 15 degrees";
     assert_warnings(
         &imported,
-        &[("null island", "line 3", far), ("sydney", "line 4", far)],
+        &[
+            ("null island", "line 3, column 1", far),
+            ("sydney", "line 4, column 1", far),
+        ],
     );
 }
 
