@@ -87,6 +87,11 @@ impl Collector {
         }
     }
 
+    /// What is assumed of where the current file lies, should it not come to say so.
+    pub(super) fn assume(&mut self, what: String) {
+        self.files.assume(what);
+    }
+
     /// The system of the objects so far, where one was stated.
     pub(super) fn known_crs(&self) -> Option<&str> {
         self.scene.crs.as_deref()

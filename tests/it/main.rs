@@ -33,6 +33,8 @@ mod import_cityjson;
 mod import_classes;
 /// `GeoJSON`: the same, and that memory does not follow the file.
 mod import_geojson;
+/// `GeoJSON`: where a file lies that does not say so, or says so late.
+mod import_geojson_place;
 /// glTF and GLB become the objects, bounds and attributes that the file states.
 mod import_gltf;
 /// A broken glTF file is refused with the place at fault, whatever the bytes, and never panics.

@@ -6,7 +6,7 @@
 //!
 //! - Longitude and latitude are projected to one zone of UTM: that of the files before, else that
 //!   of the first position. A file whose `crs` names a projected system, or whose first position
-//!   cannot be degrees, is taken to hold metres.
+//!   cannot be degrees, is taken to hold metres; where it names none, with a warning.
 //! - A footprint stands on its lowest z, else on 0 with its base marked as not known, and rises by
 //!   its height: the property the caller names, else `height`, `measuredHeight`,
 //!   `building:height`, `h`, else 3 m for each of `building:levels`. Without any of these it is
@@ -135,12 +135,9 @@ fn rest(stream: &mut Splitter, features: &mut Features, head: &Head) -> Result<(
         stream.consume(end);
         next = stream.next(0, b'}')?;
     }
-    if let Some(crs) = tail.crs.filter(|crs| Some(crs) != head.crs.as_ref()) {
-        features.collector.warn(
-            None,
-            Place::Pointer("/crs".into()),
-            format!("{crs} is stated behind the features and is ignored; move it before them"),
-        );
+    match tail.crs.filter(|crs| Some(crs) != head.crs.as_ref()) {
+        Some(crs) if !crs.is_empty() => features.system.state_late(&crs, features.collector)?,
+        crs => settle_crs(features, crs.as_deref())?,
     }
     if let Next::End(end) = next {
         stream.consume(end);
