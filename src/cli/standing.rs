@@ -119,8 +119,33 @@ impl Standing {
     }
 }
 
+/// Why ground lies under none of the objects of a city.
+pub(super) fn no_ground(tree: &LodTree, field: &HeightField) -> String {
+    let (from, to) = (corner(field, false), corner(field, true));
+    let grid = field.grid();
+    let post = |column, row| DVec3::new(grid.x(column), grid.y(row), 0.0);
+    let (first, last) = (post(0, 0), post(grid.columns() - 1, grid.rows() - 1));
+    let is_over = |bounds: &Aabb| {
+        (0..2).all(|axis| bounds.min()[axis] <= last[axis] && first[axis] <= bounds.max()[axis])
+    };
+    let mut objects = (0..tree.object_count()).filter_map(|number| tree.object(number));
+    if field.heights().iter().all(|height| height.is_nan()) {
+        format!("has no height anywhere: all its posts, from {from} to {to}, are no data")
+    } else if objects.any(|object| is_over(&object.bounds)) {
+        format!(
+            "has no height under the city: of its posts, from {from} to {to}, those there are no data"
+        )
+    } else {
+        format!(
+            "lies under nothing of the city: it reaches from {from} to {to}, the city from {} to {}",
+            text::point(tree.bounds().min(), " "),
+            text::point(tree.bounds().max(), " ")
+        )
+    }
+}
+
 /// The south-west or north-east post.
-pub(super) fn corner(field: &HeightField, far: bool) -> String {
+fn corner(field: &HeightField, far: bool) -> String {
     let grid = field.grid();
     let (column, row) = if far {
         (grid.columns() - 1, grid.rows() - 1)

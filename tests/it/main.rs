@@ -89,6 +89,8 @@ mod terrain_import;
 mod terrain_pyramid;
 /// Elevation files: every format against rasterio, and what is said of broken ones.
 mod terrain_read;
+/// Elevation that cannot be laid, or not as it is asked for: the right reason, and the way out.
+mod terrain_reasons;
 /// Objects whose base is not known, or all, set on the ground that is laid.
 mod terrain_set_down;
 /// Stores of tiles against plain lists.
