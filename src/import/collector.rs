@@ -6,6 +6,7 @@ use std::sync::Arc;
 use compact_str::CompactString;
 
 use super::extents::Extents;
+use super::named_height::NamedHeight;
 use super::{Classes, ImportError, Imported, Place, Source};
 use crate::scene::{Renamed, Scene, SceneObject};
 
@@ -46,6 +47,8 @@ pub(super) struct Collector {
     scene: Scene,
     warnings: Vec<Warning>,
     path: Arc<PathBuf>,
+    /// Whether features have the height that the caller names.
+    pub(super) named_height: NamedHeight,
     /// The current file is the last one.
     files: Extents,
     /// How many warnings, and how many objects, there were before the current file.

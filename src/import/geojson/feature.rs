@@ -118,6 +118,9 @@ impl<'a, 'c> Features<'a, 'c> {
             Some(read) => read.map_err(Rejected::Json)?,
             None => Properties::default(),
         };
+        if height.is_some() {
+            self.look_for_height(&properties, raw);
+        }
         let id = feature
             .id
             .and_then(properties::name)
@@ -138,6 +141,17 @@ impl<'a, 'c> Features<'a, 'c> {
             .unwrap_or(CompactString::const_new(CLASS));
         self.hand_over(&id, class, raw, place);
         Ok(())
+    }
+
+    /// Whether it has the height that the caller names, and what it has instead.
+    fn look_for_height(&mut self, properties: &Properties, raw: Option<&RawValue>) {
+        let named = &mut self.collector.named_height;
+        if properties.has_named() {
+            named.find();
+        } else if named.is_sought() {
+            let names = raw.map(|raw| properties::names(raw.get()));
+            named.miss(names.into_iter().flatten());
+        }
     }
 
     /// To be called behind the last feature.

@@ -1,4 +1,5 @@
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use compact_str::CompactString;
@@ -76,6 +77,11 @@ impl<'a> Properties<'a> {
             .unwrap_or(Height::Missing)
     }
 
+    /// Whether there is the property that the caller named, whatever its value.
+    pub(super) fn has_named(&self) -> bool {
+        self.named.is_some()
+    }
+
     fn keep(&mut self, key: &str, value: &'a RawValue, height: Option<&str>) {
         let place = |keys: &[&str]| keys.iter().position(|k| *k == key);
         if height == Some(key) {
@@ -91,6 +97,13 @@ impl<'a> Properties<'a> {
             self.levels = Some(value);
         }
     }
+}
+
+/// The names of the properties in a JSON object.
+pub(super) fn names(text: &str) -> impl Iterator<Item = CompactString> {
+    let members: serde_json::Result<BTreeMap<CompactString, &RawValue>> =
+        serde_json::from_str(text);
+    members.unwrap_or_default().into_keys()
 }
 
 /// A name given as a string or as a number.
