@@ -75,10 +75,10 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     let output = beside(city);
     let field = &raster.field;
     spinner.set_message("looking what stands on it");
-    let (set, moved) = set_down(&tree, field, args.ground.drape)?;
-    let tree = moved.unwrap_or(tree);
+    let mut done = set_down(&tree, field, args.ground.drape)?;
+    let tree = done.city.take().unwrap_or(tree);
     let standing = Standing::of(&tree, field, args.warnings);
-    if standing.without == u64::from(tree.object_count()) && standing.without > 0 {
+    if standing.without() == u64::from(tree.object_count()) && standing.without() > 0 {
         bail!(
             "{}: {}; {} is left as it was",
             file.display(),
@@ -118,15 +118,15 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         }
         _ => {}
     }
-    for line in standing.lines(&tree, field) {
+    for line in standing.lines(&tree, field, &done) {
         say!("{line}");
     }
     say!("{}: {}", output.display(), line(&pyramid));
-    if set > 0 {
+    if done.set > 0 {
         say!(
             "{}: {} set on the lowest ground under their boxes",
             city.display(),
-            text::counted(set, "object")
+            text::counted(done.set, "object")
         );
     }
     say!(

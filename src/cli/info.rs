@@ -107,7 +107,7 @@ fn summary(args: &InfoArgs, tree: &LodTree, ground: &Ground) -> serde_json::Valu
 fn bases(args: &InfoArgs, tree: &LodTree, is_laid: bool) -> String {
     let objects = text::counted(tree.base_unknown_count().into(), "object");
     let fate = if is_laid {
-        "set on the ground, where there is any under them".to_owned()
+        "set on the ground; at 0 where there is none under them".to_owned()
     } else {
         let city = text::word(&args.file.to_string_lossy());
         format!("at 0 until ground is laid: citylod import ELEVATION --into {city}")
@@ -134,12 +134,7 @@ fn class_counts(tree: &LodTree) -> Vec<(String, serde_json::Value)> {
     names.zip(counts.into_iter().map(Into::into)).collect()
 }
 
-fn table(
-    args: &InfoArgs,
-    tree: &LodTree,
-    ground: &Ground,
-    out: &mut impl Write,
-) -> io::Result<()> {
+fn table(args: &InfoArgs, tree: &LodTree, ground: &Ground, out: &mut impl Write) -> io::Result<()> {
     let bounds = tree.bounds();
     writeln!(out, "file       {}", args.file.display())?;
     writeln!(

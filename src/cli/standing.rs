@@ -1,5 +1,7 @@
 //! How the objects of a city stand on ground, and setting them on it.
 
+use std::fmt;
+
 use anyhow::Result;
 
 use super::text;
@@ -11,32 +13,74 @@ use crate::terrain::{Footing, HeightField, footing, ground_under};
 /// what elevation of 10 to 30 m posts leaves open.
 const TOLERANCE_M: f64 = 2.0;
 
+/// What came of setting objects on ground.
+#[derive(Debug, Default)]
+pub(super) struct SetDown {
+    /// How many have ground under them.
+    pub(super) set: u64,
+    /// Of those whose base is not known, the ones that stood on other ground before.
+    taken_back: Names,
+    /// The city, where any of them moved.
+    pub(super) city: Option<LodTree>,
+}
+
 /// Sets the objects whose base is not known, or `all`, on the lowest ground under their boxes.
-/// How many have ground under them, and the city where that moved any of them. Heights and ids
-/// stay; where there is no ground, objects stay where they are.
-pub(super) fn set_down(
-    tree: &LodTree,
-    field: &HeightField,
-    all: bool,
-) -> Result<(u64, Option<LodTree>)> {
-    let (mut set, mut moved) = (0, false);
+/// Heights and ids stay. Where there is no ground, those whose base is not known go to 0, where
+/// they stood before any was laid, so that what ground was laid before does not matter; the others
+/// stay where they are.
+pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result<SetDown> {
+    let mut done = SetDown::default();
     if !all && tree.base_unknown_count() == 0 {
-        return Ok((set, None));
+        return Ok(done);
     }
-    let mut scene = tree.scene();
+    let (mut scene, mut moved) = (tree.scene(), false);
     let to_set = scene.objects.iter_mut().filter(|o| all || !o.base_known);
     for object in to_set {
-        let Some([low, _]) = ground_under(field, &object.bounds) else {
-            continue;
+        let under = ground_under(field, &object.bounds);
+        let base = match under {
+            Some([low, _]) => low,
+            None if object.base_known => continue,
+            None => 0.0,
         };
-        set += 1;
-        if object.bounds.min().z != low {
-            object.bounds = standing_at(&object.bounds, low)?;
+        done.set += u64::from(under.is_some());
+        if object.bounds.min().z != base {
+            object.bounds = standing_at(&object.bounds, base)?;
             moved = true;
+            if under.is_none() {
+                done.taken_back.add(&object.id);
+            }
         }
     }
     let city = moved.then(|| index::build(&scene, tree.promotion()));
-    Ok((set, city.transpose()?))
+    done.city = city.transpose()?;
+    Ok(done)
+}
+
+/// Some objects, of which the first are named.
+#[derive(Debug, Default)]
+struct Names {
+    count: u64,
+    first: Vec<String>,
+}
+
+impl Names {
+    fn add(&mut self, id: &str) {
+        const MOST: usize = 5;
+        self.count += 1;
+        if self.first.len() < MOST {
+            self.first.push(id.to_owned());
+        }
+    }
+}
+
+impl fmt::Display for Names {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.first.join(", "))?;
+        match self.count - self.first.len() as u64 {
+            0 => Ok(()),
+            more => write!(f, " and {} more", text::grouped(more)),
+        }
+    }
 }
 
 /// The box with its base at this height.
@@ -53,7 +97,8 @@ pub(super) struct Standing {
     named: Vec<String>,
     above: u64,
     below: u64,
-    pub(super) without: u64,
+    /// Without ground under them: whose base is known, and whose base is not.
+    without: [Names; 2],
 }
 
 impl Standing {
@@ -63,7 +108,7 @@ impl Standing {
             let gap = match footing(field, &object.bounds, TOLERANCE_M) {
                 Footing::Meets => continue,
                 Footing::NoGround => {
-                    standing.without += 1;
+                    standing.without[usize::from(!object.base_known)].add(&object.id);
                     continue;
                 }
                 Footing::Above(gap) => {
@@ -85,8 +130,13 @@ impl Standing {
         standing
     }
 
+    /// How many have no ground under them.
+    pub(super) fn without(&self) -> u64 {
+        self.without.iter().map(|names| names.count).sum()
+    }
+
     /// A warning for each that is named, and what they come to.
-    pub(super) fn lines(self, tree: &LodTree, field: &HeightField) -> Vec<String> {
+    pub(super) fn lines(self, tree: &LodTree, field: &HeightField, done: &SetDown) -> Vec<String> {
         let Self {
             named: mut lines,
             above,
@@ -107,12 +157,21 @@ impl Standing {
                 text::grouped(below)
             ));
         }
-        if without > 0 {
+        let (from, to) = (corner(field, false), corner(field, true));
+        let [known, unknown] = without;
+        for (names, fate) in [(known, "stay where they are"), (unknown, "stand at 0")] {
+            if names.count > 0 {
+                lines.push(format!(
+                    "warning: of {of}, {} have no ground under them and {fate}; the ground reaches from {from} to {to}: {names}",
+                    text::grouped(names.count)
+                ));
+            }
+        }
+        let taken_back = &done.taken_back;
+        if taken_back.count > 0 {
             lines.push(format!(
-                "warning: of {of}, {} have no ground under them and stay where they are; the ground reaches from {} to {}",
-                text::grouped(without),
-                corner(field, false),
-                corner(field, true)
+                "warning: {} stood on ground that was laid before and went back to 0: {taken_back}",
+                text::counted(taken_back.count, "object")
             ));
         }
         lines

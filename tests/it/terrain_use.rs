@@ -150,7 +150,10 @@ fn ground_that_is_missing_damaged_or_anothers_is_an_error() {
         desk.refuses("serve city.citylod --listen 127.0.0.1:0", 1, expected);
         // What a city holds can be told without its ground.
         let told = desk.out("info city.citylod");
-        assert!(told.contains("ground     cannot be used: city.terrain"), "{told}");
+        assert!(
+            told.contains("ground     cannot be used: city.terrain"),
+            "{told}"
+        );
         let checked = desk.run("info city.citylod --check --json");
         assert_eq!(checked.code, Some(1), "{}", checked.err);
         let json: serde_json::Value = serde_json::from_str(&checked.out).unwrap();
