@@ -77,7 +77,7 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     spinner.set_message("looking what stands on it");
     let mut done = set_down(&tree, field, args.ground.drape)?;
     let tree = done.city.take().unwrap_or(tree);
-    let standing = Standing::of(&tree, field, args.warnings);
+    let standing = Standing::of(&tree, field, args.warnings)?;
     if standing.without() == u64::from(tree.object_count()) && standing.without() > 0 {
         bail!(
             "{}: {}; {} is left as it was",

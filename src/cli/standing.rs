@@ -3,9 +3,11 @@
 use std::fmt;
 
 use anyhow::Result;
+use serde_json::value::RawValue;
 
 use super::text;
 use crate::geom::{Aabb, DVec3};
+use crate::import;
 use crate::index::{self, LodTree};
 use crate::terrain::{Footing, HeightField, footing, ground_under};
 
@@ -25,7 +27,7 @@ pub(super) struct SetDown {
 }
 
 /// Sets the objects whose base is not known, or `all`, on the lowest ground under their boxes.
-/// Heights and ids stay. Where there is no ground, those whose base is not known go to 0, where
+/// Heights, ids and how far above its ground a part begins stay. Where there is no ground, those whose base is not known go to 0, where
 /// they stood before any was laid, so that what ground was laid before does not matter; the others
 /// stay where they are.
 pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result<SetDown> {
@@ -37,10 +39,12 @@ pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result
     let to_set = scene.objects.iter_mut().filter(|o| all || !o.base_known);
     for object in to_set {
         let under = ground_under(field, &object.bounds);
+        let attributes = object.attributes.as_deref().map(RawValue::get);
+        let lift = lift_m(object.base_known, &object.bounds, attributes);
         let base = match under {
-            Some([low, _]) => low,
+            Some([low, _]) => low + lift,
             None if object.base_known => continue,
-            None => 0.0,
+            None => lift,
         };
         done.set += u64::from(under.is_some());
         if object.bounds.min().z != base {
@@ -83,6 +87,14 @@ impl fmt::Display for Names {
     }
 }
 
+/// How far above its ground an object begins, m: of parts of buildings, as the footprint says.
+fn lift_m(base_known: bool, bounds: &Aabb, attributes: Option<&str>) -> f64 {
+    match attributes {
+        Some(properties) if !base_known && bounds.size().z > 0.0 => import::lift_m(properties),
+        _ => 0.0,
+    }
+}
+
 /// The box with its base at this height.
 fn standing_at(bounds: &Aabb, base: f64) -> Result<Aabb> {
     let (min, max) = (bounds.min(), bounds.max());
@@ -102,10 +114,12 @@ pub(super) struct Standing {
 }
 
 impl Standing {
-    pub(super) fn of(tree: &LodTree, field: &HeightField, most: usize) -> Self {
+    pub(super) fn of(tree: &LodTree, field: &HeightField, most: usize) -> Result<Self> {
         let mut standing = Self::default();
         for object in (0..tree.object_count()).filter_map(|number| tree.object(number)) {
-            let gap = match footing(field, &object.bounds, TOLERANCE_M) {
+            let lift = lift_m(object.base_known, &object.bounds, object.attributes);
+            let foot = object.bounds.min().z - lift;
+            let gap = match footing(field, &standing_at(&object.bounds, foot)?, TOLERANCE_M) {
                 Footing::Meets => continue,
                 Footing::NoGround => {
                     standing.without[usize::from(!object.base_known)].add(&object.id);
@@ -127,7 +141,7 @@ impl Standing {
                 ));
             }
         }
-        standing
+        Ok(standing)
     }
 
     /// How many have no ground under them.
@@ -159,7 +173,10 @@ impl Standing {
         }
         let (from, to) = (corner(field, false), corner(field, true));
         let [known, unknown] = without;
-        for (names, fate) in [(known, "stay where they are"), (unknown, "stand at 0")] {
+        for (names, fate) in [
+            (known, "stay where they are"),
+            (unknown, "stand as if it were at 0"),
+        ] {
             if names.count > 0 {
                 lines.push(format!(
                     "warning: of {of}, {} have no ground under them and {fate}; the ground reaches from {from} to {to}: {names}",

@@ -29,6 +29,7 @@ use crate::scene::Scene;
 pub use classes::Classes;
 pub use collector::Warning;
 pub use error::{ImportError, Place};
+pub use geojson::lift_m;
 
 use collector::Collector;
 use source::{Format, Source};

@@ -190,6 +190,46 @@ fn the_height_named_by_the_caller_is_taken() {
     }
 }
 
+/// As `OpenStreetMap` has it: heights count from the ground, also of what begins above it.
+#[test]
+fn parts_begin_where_they_say() {
+    let flat = format!("[{SQUARE}]");
+    let at_5 = flat.replace(",0]", ",0,5]").replace(",10]", ",10,5]");
+    for (properties, coordinates, bounds, problem) in [
+        (r#"{"height":9,"min_height":4}"#, &flat, [4.0, 9.0], ""),
+        (r#"{"height":9,"min_height":4}"#, &at_5, [9.0, 14.0], ""),
+        (
+            r#"{"building:levels":5,"building:min_level":"3"}"#,
+            &flat,
+            [9.0, 15.0],
+            "",
+        ),
+        (r#"{"height":0,"building:levels":2}"#, &flat, [0.0, 6.0], ""),
+        (
+            r#"{"height":3,"min_height":12}"#,
+            &flat,
+            [12.0, 15.0],
+            "begins 12 m above the ground and its height is 3 m",
+        ),
+        (
+            r#"{"height":9,"min_height":"low"}"#,
+            &flat,
+            [0.0, 9.0],
+            "min_height is \"low\", which is no height",
+        ),
+        (r#"{"height":0,"min_height":4}"#, &flat, [0.0, 0.0], ""),
+    ] {
+        let imported = import_content("x.geojson", feature(properties, coordinates).as_bytes());
+        let imported = imported.unwrap();
+        let found = imported.scene.objects[0].bounds;
+        assert_eq!([found.min().z, found.max().z], bounds, "{properties}");
+        let told = imported.warnings.iter().filter(|w| w.object.is_some());
+        let told: Vec<_> = told.map(|w| w.what.as_str()).collect();
+        assert_eq!(told.len(), usize::from(!problem.is_empty()), "{told:?}");
+        assert!(told.iter().all(|told| told.contains(problem)), "{told:?}");
+    }
+}
+
 /// Degrees in a system that is thought to be in metres, and files that do not say where they lie.
 #[test]
 fn doubts_about_where_a_file_lies_are_warnings() {
