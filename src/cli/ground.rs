@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use serde_json::json;
 
-use super::args::{ImportArgs, citylod_name};
+use super::args::{ImportArgs, citylod_name, extension};
 use super::effects::declared;
 use super::numbers::system;
 use super::say::say;
-use super::standing::{Standing, corner, set_down};
+use super::standing::{Standing, no_ground, set_down};
 use super::{progress, text};
 use crate::effects::terrain::{Land, LandError};
 use crate::file::{NotReplaced, finish_both};
@@ -60,6 +60,7 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         );
     };
     let tree = LodTree::open_verified(city)?;
+    warn_of_unused(&args.ground, file);
     let options = Options {
         crs: args.ground.crs.clone(),
         encoding: args.ground.encoding.map(|encoding| match encoding {
@@ -74,17 +75,14 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
     let output = beside(city);
     let field = &raster.field;
     spinner.set_message("looking what stands on it");
-    let (set, moved) = set_down(&tree, field, args.ground.drape)?;
-    let tree = moved.unwrap_or(tree);
-    let standing = Standing::of(&tree, field, args.warnings);
-    if standing.without == u64::from(tree.object_count()) && standing.without > 0 {
+    let mut done = set_down(&tree, field, args.ground.drape)?;
+    let tree = done.city.take().unwrap_or(tree);
+    let standing = Standing::of(&tree, field, args.warnings)?;
+    if standing.without() == u64::from(tree.object_count()) && standing.without() > 0 {
         bail!(
-            "{}: lies under nothing of the city: it reaches from {} to {}, the city from {} to {}; {} is left as it was",
+            "{}: {}; {} is left as it was",
             file.display(),
-            corner(field, false),
-            corner(field, true),
-            text::point(tree.bounds().min(), " "),
-            text::point(tree.bounds().max(), " "),
+            no_ground(&tree, field),
             output.display()
         );
     }
@@ -120,15 +118,15 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         }
         _ => {}
     }
-    for line in standing.lines(&tree, field) {
+    for line in standing.lines(&tree, field, &done) {
         say!("{line}");
     }
     say!("{}: {}", output.display(), line(&pyramid));
-    if set > 0 {
+    if done.set > 0 {
         say!(
             "{}: {} set on the lowest ground under their boxes",
             city.display(),
-            text::counted(set, "object")
+            text::counted(done.set, "object")
         );
     }
     say!(
@@ -136,6 +134,24 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         city.display()
     );
     Ok(())
+}
+
+/// A warning for each option of PNG that another format does not use.
+fn warn_of_unused(args: &GroundArgs, file: &Path) {
+    if extension(file).eq_ignore_ascii_case("png") {
+        return;
+    }
+    for (is_given, option, what) in [
+        (args.bounds.is_some(), "--bounds", "where it lies"),
+        (args.encoding.is_some(), "--encoding", "its heights"),
+    ] {
+        if is_given {
+            let file = file.display();
+            say!(
+                "warning: {file}: {option} is for PNG and not used; other formats tell {what} themselves"
+            );
+        }
+    }
 }
 
 /// The city with these effects and this ground declared.

@@ -38,6 +38,8 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
     for option in &imported.unused {
         say!("warning: {}", unused(*option));
     }
+    // What concerns a whole file is not to be hidden by what concerns its objects.
+    imported.warnings.sort_by_key(|w| w.object.is_some());
     for warning in imported.warnings.iter().take(args.warnings) {
         say!("warning: {warning}");
     }

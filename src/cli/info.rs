@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use serde_json::json;
 
 use super::args::InfoArgs;
+use super::failure::told;
 use super::ground;
 use super::say::say;
 use super::text::{self, grouped};
@@ -15,22 +16,51 @@ use crate::terrain::pyramid::Pyramid;
 
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let tree = LodTree::open_verified(&args.file)?;
-    let ground = ground::of_city(&args.file, &tree)?;
+    let ground = Ground::of_city(args, &tree);
     let mut out = BufWriter::new(io::stdout().lock());
     if args.objects {
         objects(&tree, &mut out)?;
     } else if args.nodes {
         nodes(&tree, &mut out)?;
     } else if args.json {
-        writeln!(out, "{:#}", summary(args, &tree, ground.as_ref()))?;
+        writeln!(out, "{:#}", summary(args, &tree, &ground))?;
     } else {
-        table(args, &tree, ground.as_ref(), &mut out)?;
+        table(args, &tree, &ground, &mut out)?;
     }
     out.flush()?;
     if args.check {
         check(args, &tree)?;
+        if let Ground::Unusable(why) = ground {
+            bail!(why);
+        }
     }
     Ok(())
+}
+
+/// What there is of the ground of a city.
+enum Ground {
+    /// It declares none.
+    None,
+    /// It declares terrain, which is yet to be laid.
+    Unlaid,
+    Laid(Box<Pyramid>),
+    /// It was laid, but is missing, damaged or another's.
+    Unusable(String),
+}
+
+impl Ground {
+    fn of_city(args: &InfoArgs, tree: &LodTree) -> Self {
+        match ground::of_city(&args.file, tree) {
+            Ok(Some(pyramid)) => Self::Laid(Box::new(pyramid)),
+            Ok(None) if tree.effects().terrain.is_some() => Self::Unlaid,
+            Ok(None) => Self::None,
+            Err(error) => Self::Unusable(told(&error.into())),
+        }
+    }
+
+    fn is_laid(&self) -> bool {
+        matches!(self, Self::Laid(_) | Self::Unusable(_))
+    }
 }
 
 fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
@@ -48,7 +78,12 @@ fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
     Ok(())
 }
 
-fn summary(args: &InfoArgs, tree: &LodTree, ground: Option<&Pyramid>) -> serde_json::Value {
+fn summary(args: &InfoArgs, tree: &LodTree, ground: &Ground) -> serde_json::Value {
+    let (terrain, problem) = match ground {
+        Ground::Laid(pyramid) => (Some(ground::summary(pyramid)), None),
+        Ground::Unusable(why) => (None, Some(why)),
+        Ground::None | Ground::Unlaid => (None, None),
+    };
     json!({
         "file": args.file.display().to_string(),
         "bytes": tree.byte_len(),
@@ -63,7 +98,8 @@ fn summary(args: &InfoArgs, tree: &LodTree, ground: Option<&Pyramid>) -> serde_j
         "origin": tree.origin().to_array(),
         "classes": class_counts(tree).into_iter().collect::<serde_json::Map<_, _>>(),
         "effects": tree.effects(),
-        "terrain": ground.map(ground::summary),
+        "terrain": terrain,
+        "terrain_problem": problem,
     })
 }
 
@@ -71,7 +107,7 @@ fn summary(args: &InfoArgs, tree: &LodTree, ground: Option<&Pyramid>) -> serde_j
 fn bases(args: &InfoArgs, tree: &LodTree, is_laid: bool) -> String {
     let objects = text::counted(tree.base_unknown_count().into(), "object");
     let fate = if is_laid {
-        "set on the ground, where there is any under them".to_owned()
+        "set on the ground; at 0 where there is none under them".to_owned()
     } else {
         let city = text::word(&args.file.to_string_lossy());
         format!("at 0 until ground is laid: citylod import ELEVATION --into {city}")
@@ -98,12 +134,7 @@ fn class_counts(tree: &LodTree) -> Vec<(String, serde_json::Value)> {
     names.zip(counts.into_iter().map(Into::into)).collect()
 }
 
-fn table(
-    args: &InfoArgs,
-    tree: &LodTree,
-    ground: Option<&Pyramid>,
-    out: &mut impl Write,
-) -> io::Result<()> {
+fn table(args: &InfoArgs, tree: &LodTree, ground: &Ground, out: &mut impl Write) -> io::Result<()> {
     let bounds = tree.bounds();
     writeln!(out, "file       {}", args.file.display())?;
     writeln!(
@@ -119,7 +150,7 @@ fn table(
         writeln!(out, "           {count:>11} {class}")?;
     }
     if tree.base_unknown_count() > 0 {
-        writeln!(out, "bases      {}", bases(args, tree, ground.is_some()))?;
+        writeln!(out, "bases      {}", bases(args, tree, ground.is_laid()))?;
     }
     writeln!(out, "nodes      {}", grouped(tree.node_count().into()))?;
     let a = tree.arrays();
@@ -137,13 +168,14 @@ fn table(
     let effects = serde_json::to_string(tree.effects()).unwrap_or_default();
     writeln!(out, "effects    {effects}")?;
     match ground {
-        Some(ground) => writeln!(out, "ground     {}", ground::line(ground))?,
-        None if tree.effects().terrain.is_some() => writeln!(
+        Ground::Laid(pyramid) => writeln!(out, "ground     {}", ground::line(pyramid))?,
+        Ground::Unusable(why) => writeln!(out, "ground     cannot be used: {why}")?,
+        Ground::Unlaid => writeln!(
             out,
             "ground     none yet: citylod import ELEVATION --into {}",
             args.file.display()
         )?,
-        None => {}
+        Ground::None => {}
     }
     if !bounds.is_empty() {
         writeln!(

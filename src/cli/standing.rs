@@ -1,9 +1,13 @@
 //! How the objects of a city stand on ground, and setting them on it.
 
+use std::fmt;
+
 use anyhow::Result;
+use serde_json::value::RawValue;
 
 use super::text;
 use crate::geom::{Aabb, DVec3};
+use crate::import;
 use crate::index::{self, LodTree};
 use crate::terrain::{Footing, HeightField, footing, ground_under};
 
@@ -11,32 +15,84 @@ use crate::terrain::{Footing, HeightField, footing, ground_under};
 /// what elevation of 10 to 30 m posts leaves open.
 const TOLERANCE_M: f64 = 2.0;
 
+/// What came of setting objects on ground.
+#[derive(Debug, Default)]
+pub(super) struct SetDown {
+    /// How many have ground under them.
+    pub(super) set: u64,
+    /// Of those whose base is not known, the ones that stood on other ground before.
+    taken_back: Names,
+    /// The city, where any of them moved.
+    pub(super) city: Option<LodTree>,
+}
+
 /// Sets the objects whose base is not known, or `all`, on the lowest ground under their boxes.
-/// How many have ground under them, and the city where that moved any of them. Heights and ids
-/// stay; where there is no ground, objects stay where they are.
-pub(super) fn set_down(
-    tree: &LodTree,
-    field: &HeightField,
-    all: bool,
-) -> Result<(u64, Option<LodTree>)> {
-    let (mut set, mut moved) = (0, false);
+/// Heights, ids and how far above its ground a part begins stay. Where there is no ground, those whose base is not known go to 0, where
+/// they stood before any was laid, so that what ground was laid before does not matter; the others
+/// stay where they are.
+pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result<SetDown> {
+    let mut done = SetDown::default();
     if !all && tree.base_unknown_count() == 0 {
-        return Ok((set, None));
+        return Ok(done);
     }
-    let mut scene = tree.scene();
+    let (mut scene, mut moved) = (tree.scene(), false);
     let to_set = scene.objects.iter_mut().filter(|o| all || !o.base_known);
     for object in to_set {
-        let Some([low, _]) = ground_under(field, &object.bounds) else {
-            continue;
+        let under = ground_under(field, &object.bounds);
+        let attributes = object.attributes.as_deref().map(RawValue::get);
+        let lift = lift_m(object.base_known, &object.bounds, attributes);
+        let base = match under {
+            Some([low, _]) => low + lift,
+            None if object.base_known => continue,
+            None => lift,
         };
-        set += 1;
-        if object.bounds.min().z != low {
-            object.bounds = standing_at(&object.bounds, low)?;
+        done.set += u64::from(under.is_some());
+        if object.bounds.min().z != base {
+            object.bounds = standing_at(&object.bounds, base)?;
             moved = true;
+            if under.is_none() {
+                done.taken_back.add(&object.id);
+            }
         }
     }
     let city = moved.then(|| index::build(&scene, tree.promotion()));
-    Ok((set, city.transpose()?))
+    done.city = city.transpose()?;
+    Ok(done)
+}
+
+/// Some objects, of which the first are named.
+#[derive(Debug, Default)]
+struct Names {
+    count: u64,
+    first: Vec<String>,
+}
+
+impl Names {
+    fn add(&mut self, id: &str) {
+        const MOST: usize = 5;
+        self.count += 1;
+        if self.first.len() < MOST {
+            self.first.push(id.to_owned());
+        }
+    }
+}
+
+impl fmt::Display for Names {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.first.join(", "))?;
+        match self.count - self.first.len() as u64 {
+            0 => Ok(()),
+            more => write!(f, " and {} more", text::grouped(more)),
+        }
+    }
+}
+
+/// How far above its ground an object begins, m: of parts of buildings, as the footprint says.
+fn lift_m(base_known: bool, bounds: &Aabb, attributes: Option<&str>) -> f64 {
+    match attributes {
+        Some(properties) if !base_known && bounds.size().z > 0.0 => import::lift_m(properties),
+        _ => 0.0,
+    }
 }
 
 /// The box with its base at this height.
@@ -53,17 +109,20 @@ pub(super) struct Standing {
     named: Vec<String>,
     above: u64,
     below: u64,
-    pub(super) without: u64,
+    /// Without ground under them: whose base is known, and whose base is not.
+    without: [Names; 2],
 }
 
 impl Standing {
-    pub(super) fn of(tree: &LodTree, field: &HeightField, most: usize) -> Self {
+    pub(super) fn of(tree: &LodTree, field: &HeightField, most: usize) -> Result<Self> {
         let mut standing = Self::default();
         for object in (0..tree.object_count()).filter_map(|number| tree.object(number)) {
-            let gap = match footing(field, &object.bounds, TOLERANCE_M) {
+            let lift = lift_m(object.base_known, &object.bounds, object.attributes);
+            let foot = object.bounds.min().z - lift;
+            let gap = match footing(field, &standing_at(&object.bounds, foot)?, TOLERANCE_M) {
                 Footing::Meets => continue,
                 Footing::NoGround => {
-                    standing.without += 1;
+                    standing.without[usize::from(!object.base_known)].add(&object.id);
                     continue;
                 }
                 Footing::Above(gap) => {
@@ -82,11 +141,16 @@ impl Standing {
                 ));
             }
         }
-        standing
+        Ok(standing)
+    }
+
+    /// How many have no ground under them.
+    pub(super) fn without(&self) -> u64 {
+        self.without.iter().map(|names| names.count).sum()
     }
 
     /// A warning for each that is named, and what they come to.
-    pub(super) fn lines(self, tree: &LodTree, field: &HeightField) -> Vec<String> {
+    pub(super) fn lines(self, tree: &LodTree, field: &HeightField, done: &SetDown) -> Vec<String> {
         let Self {
             named: mut lines,
             above,
@@ -107,20 +171,57 @@ impl Standing {
                 text::grouped(below)
             ));
         }
-        if without > 0 {
+        let (from, to) = (corner(field, false), corner(field, true));
+        let [known, unknown] = without;
+        for (names, fate) in [
+            (known, "stay where they are"),
+            (unknown, "stand as if it were at 0"),
+        ] {
+            if names.count > 0 {
+                lines.push(format!(
+                    "warning: of {of}, {} have no ground under them and {fate}; the ground reaches from {from} to {to}: {names}",
+                    text::grouped(names.count)
+                ));
+            }
+        }
+        let taken_back = &done.taken_back;
+        if taken_back.count > 0 {
             lines.push(format!(
-                "warning: of {of}, {} have no ground under them and stay where they are; the ground reaches from {} to {}",
-                text::grouped(without),
-                corner(field, false),
-                corner(field, true)
+                "warning: {} stood on ground that was laid before and went back to 0: {taken_back}",
+                text::counted(taken_back.count, "object")
             ));
         }
         lines
     }
 }
 
+/// Why ground lies under none of the objects of a city.
+pub(super) fn no_ground(tree: &LodTree, field: &HeightField) -> String {
+    let (from, to) = (corner(field, false), corner(field, true));
+    let grid = field.grid();
+    let post = |column, row| DVec3::new(grid.x(column), grid.y(row), 0.0);
+    let (first, last) = (post(0, 0), post(grid.columns() - 1, grid.rows() - 1));
+    let is_over = |bounds: &Aabb| {
+        (0..2).all(|axis| bounds.min()[axis] <= last[axis] && first[axis] <= bounds.max()[axis])
+    };
+    let mut objects = (0..tree.object_count()).filter_map(|number| tree.object(number));
+    if field.heights().iter().all(|height| height.is_nan()) {
+        format!("has no height anywhere: all its posts, from {from} to {to}, are no data")
+    } else if objects.any(|object| is_over(&object.bounds)) {
+        format!(
+            "has no height under the city: of its posts, from {from} to {to}, those there are no data"
+        )
+    } else {
+        format!(
+            "lies under nothing of the city: it reaches from {from} to {to}, the city from {} to {}",
+            text::point(tree.bounds().min(), " "),
+            text::point(tree.bounds().max(), " ")
+        )
+    }
+}
+
 /// The south-west or north-east post.
-pub(super) fn corner(field: &HeightField, far: bool) -> String {
+fn corner(field: &HeightField, far: bool) -> String {
     let grid = field.grid();
     let (column, row) = if far {
         (grid.columns() - 1, grid.rows() - 1)

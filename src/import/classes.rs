@@ -48,7 +48,7 @@ impl Classes {
 }
 
 /// The first of many names.
-fn listed(names: &BTreeSet<CompactString>) -> String {
+pub(super) fn listed(names: &BTreeSet<CompactString>) -> String {
     const MOST: usize = 30;
     let first: Vec<&str> = names.iter().take(MOST).map(CompactString::as_str).collect();
     let more = names.len().saturating_sub(MOST);

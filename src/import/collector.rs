@@ -6,6 +6,7 @@ use std::sync::Arc;
 use compact_str::CompactString;
 
 use super::extents::Extents;
+use super::named_height::NamedHeight;
 use super::{Classes, ImportError, Imported, Place, Source};
 use crate::scene::{Renamed, Scene, SceneObject};
 
@@ -46,6 +47,8 @@ pub(super) struct Collector {
     scene: Scene,
     warnings: Vec<Warning>,
     path: Arc<PathBuf>,
+    /// Whether features have the height that the caller names.
+    pub(super) named_height: NamedHeight,
     /// The current file is the last one.
     files: Extents,
     /// How many warnings, and how many objects, there were before the current file.
@@ -85,6 +88,11 @@ impl Collector {
                 Ok(())
             }
         }
+    }
+
+    /// What is assumed of where the current file lies, should it not come to say so.
+    pub(super) fn assume(&mut self, what: String) {
+        self.files.assume(what);
     }
 
     /// The system of the objects so far, where one was stated.

@@ -105,6 +105,16 @@ pub enum ImportError {
         /// Those there are.
         found: String,
     },
+    /// The property that is to hold heights is one of no feature.
+    #[error(
+        "no feature has a property {name:?} to take its height from; the properties there are: {found}"
+    )]
+    NoSuchHeight {
+        /// Its name.
+        name: String,
+        /// Those there are.
+        found: String,
+    },
     /// A file does not say which system it lies in, and cannot lie in that of the others.
     #[error(
         "{}: states no coordinate reference system and lies {km} km from {}, too far for one city; convert them to one system, or import them into separate scenes",

@@ -21,6 +21,8 @@ struct Extent {
     path: Arc<PathBuf>,
     /// It says which system it lies in.
     stated: bool,
+    /// What is said of it where no file says which system it lies in.
+    assumed: Option<String>,
     bounds: Aabb,
     objects: u64,
     /// Of these, those with earth-centred coordinates, and where the first of them is.
@@ -34,6 +36,7 @@ impl Extents {
         self.0.push(Extent {
             path,
             stated: false,
+            assumed: None,
             bounds: Aabb::EMPTY,
             objects: 0,
             on_globe: 0,
@@ -46,6 +49,13 @@ impl Extents {
     pub(super) fn state(&mut self) {
         if let Some(file) = self.0.last_mut() {
             file.stated = true;
+        }
+    }
+
+    /// The current file does not say so yet: what is to be said of it if it never does.
+    pub(super) fn assume(&mut self, what: String) {
+        if let Some(file) = self.0.last_mut() {
+            file.assumed = Some(what);
         }
     }
 
@@ -146,7 +156,10 @@ impl Extents {
                 (None, Some(far)) => format!(
                     "{far}, and neither states a coordinate reference system; taken to lie in one"
                 ),
-                (None, None) => continue,
+                (None, None) => match &file.assumed {
+                    Some(what) => what.clone(),
+                    None => continue,
+                },
             };
             doubts.push(Warning {
                 path: Arc::clone(&file.path),

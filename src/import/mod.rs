@@ -16,6 +16,7 @@ mod geojson;
 mod globe;
 mod gltf;
 mod json;
+mod named_height;
 mod obj;
 mod shape;
 mod source;
@@ -28,6 +29,7 @@ use crate::scene::Scene;
 pub use classes::Classes;
 pub use collector::Warning;
 pub use error::{ImportError, Place};
+pub use geojson::lift_m;
 
 use collector::Collector;
 use source::{Format, Source};
@@ -104,7 +106,7 @@ impl Options {
 /// # Errors
 /// [`ImportError`], naming the file and the place in it, when a file cannot be read at all or the
 /// files do not share a coordinate reference system, or cannot, or where there is no object of a
-/// class that is named. No partial scene is returned.
+/// class, or no feature with a height, that is named. No partial scene is returned.
 pub fn import(
     files: &[PathBuf],
     options: &Options,
@@ -132,6 +134,7 @@ pub fn import(
         done += size;
         progress(done, total);
     }
+    collector.named_height.check(options.height.as_deref())?;
     let mut imported = collector.finish()?;
     imported.unused = options.unused(&formats);
     Ok(imported)

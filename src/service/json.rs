@@ -1,7 +1,7 @@
 //! Strict reading of JSON: objects are objects, lists have their length, whole numbers are whole,
 //! and every refusal names the member at fault.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::marker::PhantomData;
 
 use serde::de::value::MapAccessDeserializer;
@@ -9,6 +9,7 @@ use serde::de::{DeserializeOwned, Error, IgnoredAny, MapAccess, SeqAccess, Unexp
 use serde::{Deserialize, Deserializer};
 use serde_json::error::Category;
 
+use super::plain::plain;
 use super::problem::{Kind, Problem};
 
 /// Reads a document.
@@ -25,10 +26,13 @@ pub fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
 
 fn explain<T: DeserializeOwned>(bytes: &[u8]) -> Problem {
     let mut source = serde_json::Deserializer::from_slice(bytes);
-    let (pointer, error) = match serde_path_to_error::deserialize::<_, T>(&mut source) {
-        Err(error) => (pointer(error.path()), error.into_inner()),
+    let (pointer, member, error) = match serde_path_to_error::deserialize::<_, T>(&mut source) {
+        Err(error) => {
+            let path = error.path();
+            (pointer(path), dotted(path), error.into_inner())
+        }
         Ok(_) => match source.end() {
-            Err(error) => (String::new(), error),
+            Err(error) => (String::new(), String::new(), error),
             Ok(()) => return Problem::new(Kind::Internal, "a body was refused, then read"),
         },
     };
@@ -44,14 +48,14 @@ fn explain<T: DeserializeOwned>(bytes: &[u8]) -> Problem {
         _ => Kind::MalformedJson,
     };
     // Of these the path names the object that should have the member once.
-    let member = ["missing field `", "duplicate field `"]
+    let unnamed = ["missing field `", "duplicate field `"]
         .iter()
         .find_map(|prefix| detail.strip_prefix(prefix));
-    let pointer = match member {
+    let pointer = match unnamed {
         Some(rest) => format!("{pointer}/{}", rest.trim_end_matches('`')),
         None => pointer,
     };
-    Problem::new(kind, detail)
+    Problem::new(kind, plain(detail, &member))
         .at(pointer)
         .on_line(error.line(), error.column())
 }
@@ -70,6 +74,27 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
     }
     // Where the path breaks off before a member was named.
     pointer.trim_end_matches("/?").to_owned()
+}
+
+/// The same for people: `camera.eye[1]`.
+fn dotted(path: &serde_path_to_error::Path) -> String {
+    use serde_path_to_error::Segment;
+    let mut dotted = String::new();
+    for segment in path {
+        match segment {
+            Segment::Seq { index } => {
+                let _ = write!(dotted, "[{index}]");
+            }
+            Segment::Map { key: name } | Segment::Enum { variant: name } => {
+                if !dotted.is_empty() {
+                    dotted.push('.');
+                }
+                dotted.push_str(name);
+            }
+            Segment::Unknown => {}
+        }
+    }
+    dotted
 }
 
 /// A member name as it stands in a JSON pointer (RFC 6901, section 3).

@@ -23,6 +23,7 @@ mod overwritten;
 mod page;
 mod patience;
 mod places;
+mod plain;
 mod plan;
 mod problem;
 mod reload;

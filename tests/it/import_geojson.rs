@@ -13,6 +13,9 @@ fn city(name: &str) -> Imported {
     import_one(&fixture(&format!("geojson/{name}")), &Options::default()).unwrap()
 }
 
+/// That metres are taken for such, where no file says where it lies.
+const METRES: (&str, &str, &str) = ("", "the file", "taken as metres");
+
 fn ids(imported: &Imported) -> Vec<&str> {
     imported
         .scene
@@ -82,12 +85,13 @@ fn metres_holes_ground_and_walls() {
 fn records_and_lines() {
     let imported = city("records.geojsons");
     assert_eq!(ids(&imported), ["x", "y"]);
-    assert_warnings(&imported, &[]);
+    assert_warnings(&imported, &[METRES]);
     let imported = city("lines.geojsonl");
     assert_eq!(ids(&imported), ["x", "feature-1"]);
     assert_warnings(
         &imported,
         &[
+            METRES,
             ("feature-1", "line 3, column 1", "no height"),
             (
                 "point",
@@ -109,6 +113,7 @@ fn a_doubtful_feature_is_a_warning() {
     assert_warnings(
         &imported,
         &[
+            METRES,
             ("open", "/features/0", "1 ring not closed"),
             (
                 "two points",
@@ -158,7 +163,10 @@ fn what_lies_far_from_the_first_feature_is_left_out() {
     let far = "3 positions not finite, off the globe or over 15 degrees";
     assert_warnings(
         &imported,
-        &[("null island", "line 3", far), ("sydney", "line 4", far)],
+        &[
+            ("null island", "line 3, column 1", far),
+            ("sydney", "line 4, column 1", far),
+        ],
     );
 }
 
@@ -171,14 +179,54 @@ fn the_height_named_by_the_caller_is_taken() {
         feature(r#"{"height":3,"roof":"8 m"}"#, &format!("[{SQUARE}]")),
     )
     .unwrap();
-    for (height, top) in [(None, 3.0), (Some("roof"), 8.0), (Some("missing"), 0.0)] {
+    for (height, top) in [(None, 3.0), (Some("roof"), 8.0)] {
         let options = Options {
             height: height.map(Into::into),
             ..Options::default()
         };
         let imported = import_one(&path, &options).unwrap();
         assert_eq!(imported.scene.objects[0].bounds.max().z, top, "{height:?}");
-        assert_eq!(imported.warnings.len(), usize::from(top == 0.0));
+        assert_warnings(&imported, &[METRES]);
+    }
+}
+
+/// As `OpenStreetMap` has it: heights count from the ground, also of what begins above it.
+#[test]
+fn parts_begin_where_they_say() {
+    let flat = format!("[{SQUARE}]");
+    let at_5 = flat.replace(",0]", ",0,5]").replace(",10]", ",10,5]");
+    for (properties, coordinates, bounds, problem) in [
+        (r#"{"height":9,"min_height":4}"#, &flat, [4.0, 9.0], ""),
+        (r#"{"height":9,"min_height":4}"#, &at_5, [9.0, 14.0], ""),
+        (
+            r#"{"building:levels":5,"building:min_level":"3"}"#,
+            &flat,
+            [9.0, 15.0],
+            "",
+        ),
+        (r#"{"height":0,"building:levels":2}"#, &flat, [0.0, 6.0], ""),
+        (
+            r#"{"height":3,"min_height":12}"#,
+            &flat,
+            [12.0, 15.0],
+            "begins 12 m above the ground and its height is 3 m",
+        ),
+        (
+            r#"{"height":9,"min_height":"low"}"#,
+            &flat,
+            [0.0, 9.0],
+            "min_height is \"low\", which is no height",
+        ),
+        (r#"{"height":0,"min_height":4}"#, &flat, [0.0, 0.0], ""),
+    ] {
+        let imported = import_content("x.geojson", feature(properties, coordinates).as_bytes());
+        let imported = imported.unwrap();
+        let found = imported.scene.objects[0].bounds;
+        assert_eq!([found.min().z, found.max().z], bounds, "{properties}");
+        let told = imported.warnings.iter().filter(|w| w.object.is_some());
+        let told: Vec<_> = told.map(|w| w.what.as_str()).collect();
+        assert_eq!(told.len(), usize::from(!problem.is_empty()), "{told:?}");
+        assert!(told.iter().all(|told| told.contains(problem)), "{told:?}");
     }
 }
 
@@ -267,25 +315,6 @@ fn files_share_the_zone_of_the_first() {
     let grid = fixture("geojson/metres.geojson");
     let mixed = import(&[grid, west], &Options::default(), &|_, _| {});
     assert!(matches!(mixed, Err(ImportError::CrsMismatch { .. })));
-}
-
-#[test]
-fn a_crs_behind_the_features_is_warned_of() {
-    let text = format!(
-        r#"{{"type":"FeatureCollection","features":[{}],"crs":{{"type":"name","properties":{{"name":"EPSG:6677"}}}}}}"#,
-        feature("{\"h\":1}", &format!("[{SQUARE}]"))
-    );
-    let imported = import_content("x.geojson", text.as_bytes()).unwrap();
-    assert_warnings(
-        &imported,
-        &[("", "/crs", "EPSG:6677 is stated behind the features")],
-    );
-    let geographic = text.replace(
-        "\"features\"",
-        "\"crs\":{\"properties\":{\"name\":\"EPSG:4326\"}},\"features\"",
-    );
-    let imported = import_content("x.geojson", geographic.as_bytes()).unwrap();
-    assert_eq!(imported.scene.objects.len(), 0, "1010 is no longitude");
 }
 
 #[test]

@@ -183,25 +183,32 @@ fn heights_that_no_feature_has_are_told_of_once() {
             .map(|properties| feature(properties, &square))
             .join("\n")
     };
-    let of = |properties, height: Option<&str>| {
-        let pile = Pile::new().put("a.geojsonl", &three(properties));
+    let import_all = |files: &[[&str; 3]], height: Option<&str>| {
+        let names = ["a.geojsonl", "b.geojsonl"];
+        let files = names.into_iter().zip(files);
+        let pile = files.fold(Pile::new(), |pile, (name, properties)| {
+            pile.put(name, &three(*properties))
+        });
         let options = Options {
             height: height.map(Into::into),
             ..Options::default()
         };
-        let imported = import(&pile.files, &options, &|_, _| {}).unwrap();
-        assert_eq!(imported.scene.objects.len(), 3);
+        import(&pile.files, &options, &|_, _| {})
+    };
+    let of = |files: &[[&str; 3]], height| {
+        let imported = import_all(files, height).unwrap();
+        assert_eq!(imported.scene.objects.len(), 3 * files.len());
         let warnings = imported.warnings.into_iter();
         let of_heights = warnings.filter(|warning| warning.what.contains("kept flat"));
         of_heights
             .map(|w| (w.object.is_some(), w.what))
             .collect::<Vec<_>>()
     };
-    let [(false, named)] = &of(["{\"h\":1}"; 3], Some("top"))[..] else {
+    let [(false, named)] = &of(&[["{\"top\":1}"; 3], ["{\"h\":1}"; 3]], Some("top"))[..] else {
         panic!("not one warning");
     };
     assert!(named.contains("\"top\"; 3 features kept flat"), "{named}");
-    let [(false, usual)] = &of(["{}"; 3], None)[..] else {
+    let [(false, usual)] = &of(&[["{}"; 3]], None)[..] else {
         panic!("not one warning");
     };
     assert!(
@@ -209,9 +216,33 @@ fn heights_that_no_feature_has_are_told_of_once() {
         "{usual}"
     );
     // Where some have one, those that have none are named.
-    let some = of(["{}", "{\"top\":2}", "{\"h\":1}"], Some("top"));
+    let some = of(&[["{}", "{\"top\":2}", "{\"h\":1}"]], Some("top"));
     assert_eq!(some.len(), 2);
     assert!(some.iter().all(|(is_object, _)| *is_object));
+    // A name that no feature of any file has is most likely wrong.
+    for (files, expected) in [
+        (
+            &[
+                ["{\"h\":1}", "{\"b\":null}", "{\"a\":[]}"],
+                ["{\"h\":1}"; 3],
+            ][..],
+            "are: a, b, h",
+        ),
+        (&[["{}", "null", "{}"]], "are: none at all"),
+    ] {
+        let error = import_all(files, Some("top")).unwrap_err();
+        assert!(matches!(error, ImportError::NoSuchHeight { .. }), "{error}");
+        let told = error.to_string();
+        assert!(
+            told.contains("\"top\"") && told.ends_with(expected),
+            "{told}"
+        );
+    }
+    // Where there is no height behind a name that is right, features are flat.
+    let [(false, empty)] = &of(&[["{\"top\":null}"; 3]], Some("top"))[..] else {
+        panic!("not one warning");
+    };
+    assert!(empty.contains("\"top\"; 3 features kept flat"), "{empty}");
 }
 
 /// Triangles of 10 m around places, one object each.

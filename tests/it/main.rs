@@ -33,6 +33,8 @@ mod import_cityjson;
 mod import_classes;
 /// `GeoJSON`: the same, and that memory does not follow the file.
 mod import_geojson;
+/// `GeoJSON`: where a file lies that does not say so, or says so late.
+mod import_geojson_place;
 /// glTF and GLB become the objects, bounds and attributes that the file states.
 mod import_gltf;
 /// A broken glTF file is refused with the place at fault, whatever the bytes, and never panics.
@@ -87,6 +89,8 @@ mod terrain_import;
 mod terrain_pyramid;
 /// Elevation files: every format against rasterio, and what is said of broken ones.
 mod terrain_read;
+/// Elevation that cannot be laid, or not as it is asked for: the right reason, and the way out.
+mod terrain_reasons;
 /// Objects whose base is not known, or all, set on the ground that is laid.
 mod terrain_set_down;
 /// Stores of tiles against plain lists.

@@ -135,7 +135,9 @@ fn footprints_without_a_base_are_set_on_the_ground_and_set_anew() {
     assert_eq!(lay("high.asc"), high, "a second time changes nothing");
     let told = desk.out("info city.citylod --check");
     assert!(
-        told.contains("bases      not known of 3 objects; set on the ground"),
+        told.contains(
+            "bases      not known of 3 objects; set on the ground; at 0 where there is none"
+        ),
         "{told}"
     );
     lay("low.asc");
@@ -144,6 +146,92 @@ fn footprints_without_a_base_are_set_on_the_ground_and_set_anew() {
     lay("high.asc");
     let [a, b] = expected(1600.0);
     assert_stands(&desk, [a, b, 0.0, 700.0]);
+}
+
+/// What ground was laid before does not matter to where a footprint without a base stands.
+#[test]
+fn footprints_that_other_ground_does_not_reach_go_back() {
+    let desk = desk();
+    desk.out("import high.asc --into city.citylod");
+    let [a, b] = expected(1600.0);
+    assert_stands(&desk, [a, b, 0.0, 700.0]);
+    // As many columns, of which the first four end west of b.
+    let rows = slope(40.0);
+    let (head, heights) = rows.split_once('\n').unwrap();
+    let cut: String = heights
+        .lines()
+        .map(|row| row.split(' ').take(4).collect::<Vec<_>>().join(" ") + "\n")
+        .collect();
+    let narrow = head.replace("ncols 12", "ncols 4") + "\n" + &cut;
+    desk.write("narrow.asc", narrow.as_bytes());
+    let run = desk.run("import narrow.asc --into city.citylod");
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    for words in [
+        "of 4 objects, 1 have no ground under them and stay where they are; the ground reaches from 1000 0 to 1030 30: known",
+        "of 4 objects, 2 have no ground under them and stand as if it were at 0; the ground reaches from 1000 0 to 1030 30: ",
+        "warning: 1 object stood on ground that was laid before and went back to 0: b\n",
+        "city.citylod: 1 object set on the lowest ground",
+    ] {
+        assert!(run.err.contains(words), "{words:?} is not in {}", run.err);
+    }
+    let [a, _] = expected(40.0);
+    assert_stands(&desk, [a, 0.0, 0.0, 700.0]);
+    let run = desk.run("import narrow.asc --into city.citylod");
+    assert!(!run.err.contains("went back"), "{}", run.err);
+}
+
+/// A roof 4 m above its ground stays so, whatever ground is laid and taken away.
+#[test]
+fn parts_that_begin_above_the_ground_are_kept_so() {
+    let desk = Desk::new();
+    let roof = |name: &str, x: f64| {
+        let part = r#""min_height":4,"height":12.3"#;
+        footprint(name, x, "").replace(r#""height":12.3"#, part)
+    };
+    let features = [roof("a", 1003.0), roof("b", 1047.0)];
+    desk.write("city.geojsonl", features.join("\n").as_bytes());
+    desk.out("import city.geojsonl -o city.citylod");
+    for (name, top) in [("high.asc", 1600.0), ("low.asc", 40.0)] {
+        desk.write(name, slope(top).as_bytes());
+    }
+    let west = slope(40.0).replace("xllcenter 1000", "xllcenter 920");
+    desk.write("west.asc", west.as_bytes());
+    let heights = || {
+        let tree = LodTree::open_verified(&desk.path("city.citylod")).unwrap();
+        ["a", "b"].map(|id| {
+            let bounds = tree.object(tree.find(id).unwrap()).unwrap().bounds;
+            assert!((bounds.size().z - 8.3).abs() < HEIGHT_TOLERANCE_M);
+            bounds.min().z
+        })
+    };
+    assert_eq!(heights(), [4.0, 4.0]);
+    for (name, [a, b]) in [
+        ("high.asc", expected(1600.0)),
+        ("low.asc", expected(40.0)),
+        ("west.asc", [height(16.0, 1011.0, 5.0), 0.0]),
+    ] {
+        let run = desk.run(&format!("import {name} --into city.citylod"));
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        assert!(!run.err.contains("its base is"), "{}", run.err);
+        let [on_a, on_b] = heights();
+        assert!((on_a - a - 4.0).abs() < 1e-3, "{name}: {on_a}, not {a} + 4");
+        assert!((on_b - b - 4.0).abs() < 1e-3, "{name}: {on_b}, not {b} + 4");
+    }
+}
+
+/// Where it stood before it was draped is not kept.
+#[test]
+fn draped_objects_that_other_ground_does_not_reach_stay_and_are_named() {
+    let desk = desk();
+    desk.out("import high.asc --into city.citylod --drape");
+    let draped = stands(&desk)[3].1;
+    let west = slope(40.0).replace("xllcenter 1000", "xllcenter 950");
+    desk.write("west.asc", west.as_bytes());
+    let run = desk.run("import west.asc --into city.citylod --drape");
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let told = "1 have no ground under them and stay where they are; the ground reaches from 950 0 to 1060 30: known";
+    assert!(run.err.contains(told), "{}", run.err);
+    assert_eq!(stands(&desk)[3].1, draped);
 }
 
 #[test]

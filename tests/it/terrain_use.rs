@@ -148,7 +148,23 @@ fn ground_that_is_missing_damaged_or_anothers_is_an_error() {
         desk.refuses(&format!("query {LOOK}"), 1, expected);
         desk.refuses(&format!("render {LOOK} -o a.png"), 1, expected);
         desk.refuses("serve city.citylod --listen 127.0.0.1:0", 1, expected);
-        desk.refuses("info city.citylod", 1, expected);
+        // What a city holds can be told without its ground.
+        let told = desk.out("info city.citylod");
+        assert!(
+            told.contains("ground     cannot be used: city.terrain"),
+            "{told}"
+        );
+        let checked = desk.run("info city.citylod --check --json");
+        assert_eq!(checked.code, Some(1), "{}", checked.err);
+        let json: serde_json::Value = serde_json::from_str(&checked.out).unwrap();
+        let problem = json["terrain_problem"].as_str().unwrap();
+        for words in expected {
+            assert!(told.contains(words) && problem.contains(words), "{told}");
+            assert!(checked.err.contains(words), "{}", checked.err);
+        }
+        assert!(json["terrain"].is_null());
+        let objects = desk.lines("info city.citylod --objects").len();
+        assert_eq!(json["objects"], objects);
     };
     std::fs::remove_file(desk.path("city.terrain")).unwrap();
     refused(&["city.terrain: there is no such file", "--into city.citylod"]);

@@ -118,6 +118,9 @@ impl<'a, 'c> Features<'a, 'c> {
             Some(read) => read.map_err(Rejected::Json)?,
             None => Properties::default(),
         };
+        if height.is_some() {
+            self.look_for_height(&properties, raw);
+        }
         let id = feature
             .id
             .and_then(properties::name)
@@ -138,6 +141,17 @@ impl<'a, 'c> Features<'a, 'c> {
             .unwrap_or(CompactString::const_new(CLASS));
         self.hand_over(&id, class, raw, place);
         Ok(())
+    }
+
+    /// Whether it has the height that the caller names, and what it has instead.
+    fn look_for_height(&mut self, properties: &Properties, raw: Option<&RawValue>) {
+        let named = &mut self.collector.named_height;
+        if properties.has_named() {
+            named.find();
+        } else if named.is_sought() {
+            let names = raw.map(|raw| properties::names(raw.get()));
+            named.miss(names.into_iter().flatten());
+        }
     }
 
     /// To be called behind the last feature.
@@ -205,7 +219,19 @@ impl<'a, 'c> Features<'a, 'c> {
         let height = properties.height(self.options.height.as_deref());
         self.has_height |= height != Height::Missing;
         let extruded = matches!(height, Height::Metres(m) if m > 0.0);
+        let lift = if extruded && highest <= ground {
+            self.lift(properties)
+        } else {
+            0.0
+        };
+        let base = ground + lift;
         let top = match height {
+            Height::Metres(height) if lift > 0.0 && height <= lift => {
+                self.problems.push(format!(
+                    "it begins {lift} m above the ground and its height is {height} m; taken to be {height} m from there"
+                ));
+                base + height
+            }
             Height::Metres(height) => highest.max(ground + height),
             // The positions themselves tell how high it is.
             _ if highest > ground => highest,
@@ -222,19 +248,33 @@ impl<'a, 'c> Features<'a, 'c> {
         };
         let mut last = None;
         for &position in self.rings.corners() {
-            let vertex = self.system.place(position, ground);
+            let vertex = self.system.place(position, base);
             self.shape.vertex(vertex);
             if vertex.is_finite() {
                 last = Some(vertex);
             }
         }
         // One vertex carries the top: the others would only repeat the outline.
-        if let Some(vertex) = last.filter(|_| top > ground) {
+        if let Some(vertex) = last.filter(|_| top > base) {
             self.shape.vertex(vertex.with_z(top));
         }
         self.shape.triangles(self.rings.triangles(extruded));
         self.note_faults();
         Ok(())
+    }
+
+    /// How far above the ground it begins, m.
+    fn lift(&mut self, properties: &Properties) -> f64 {
+        match properties.min_height() {
+            Height::Metres(lift) => lift,
+            Height::Missing => 0.0,
+            Height::Unusable(name, value) => {
+                self.problems.push(format!(
+                    "{name} is {value}, which is no height; begins at the ground"
+                ));
+                0.0
+            }
+        }
     }
 
     /// Lowest and highest z; `None` where no position has one.

@@ -6,11 +6,13 @@
 //!
 //! - Longitude and latitude are projected to one zone of UTM: that of the files before, else that
 //!   of the first position. A file whose `crs` names a projected system, or whose first position
-//!   cannot be degrees, is taken to hold metres.
+//!   cannot be degrees, is taken to hold metres; where it names none, with a warning.
 //! - A footprint stands on its lowest z, else on 0 with its base marked as not known, and rises by
 //!   its height: the property the caller names, else `height`, `measuredHeight`,
-//!   `building:height`, `h`, else 3 m for each of `building:levels`. Without any of these it is
-//!   kept flat, with a warning.
+//!   `building:height`, `h`, else 3 m for each of `building:levels`; one that is 0 gives way to the
+//!   next. Without any of these it is kept flat, with a warning. What has `min_height`,
+//!   `building:min_height` or `building:min_level` begins so far above the ground and ends at its
+//!   height above the ground.
 //! - Object id: the feature's `id`, else the property `id`, `gml_id`, `gml:id`, `@id`, `fid` or
 //!   `OBJECTID`, else `feature-N`, N counted from 0. Class: the property `class` or `type`, else
 //!   `Building`. All properties are kept as attributes.
@@ -29,6 +31,7 @@ use super::json::{Next, Splitter, pointer, reason};
 use super::source::Source;
 use super::{ImportError, Options, Place, crs};
 use feature::{Features, Rejected};
+pub use properties::lift_m;
 pub(super) use utm::Zone;
 
 /// No feature of a city is larger; one that is would take all memory.
@@ -135,12 +138,9 @@ fn rest(stream: &mut Splitter, features: &mut Features, head: &Head) -> Result<(
         stream.consume(end);
         next = stream.next(0, b'}')?;
     }
-    if let Some(crs) = tail.crs.filter(|crs| Some(crs) != head.crs.as_ref()) {
-        features.collector.warn(
-            None,
-            Place::Pointer("/crs".into()),
-            format!("{crs} is stated behind the features and is ignored; move it before them"),
-        );
+    match tail.crs.filter(|crs| Some(crs) != head.crs.as_ref()) {
+        Some(crs) if !crs.is_empty() => features.system.state_late(&crs, features.collector)?,
+        crs => settle_crs(features, crs.as_deref())?,
     }
     if let Next::End(end) = next {
         stream.consume(end);

@@ -1,4 +1,5 @@
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use compact_str::CompactString;
@@ -9,6 +10,9 @@ use serde_json::value::RawValue;
 /// Where a height is looked for when the caller names no property, the best first.
 const HEIGHTS: [&str; 4] = ["height", "measuredHeight", "building:height", "h"];
 const LEVELS: &str = "building:levels";
+/// Where it is looked for how far above the ground a part begins.
+const MIN_HEIGHTS: [&str; 2] = ["min_height", "building:min_height"];
+const MIN_LEVEL: &str = "building:min_level";
 const METRES_A_LEVEL: f64 = 3.0;
 const METRES_A_FOOT: f64 = 0.3048;
 
@@ -31,6 +35,8 @@ pub(super) struct Properties<'a> {
     classes: [Option<&'a RawValue>; CLASSES.len()],
     heights: [Option<&'a RawValue>; HEIGHTS.len()],
     levels: Option<&'a RawValue>,
+    min_heights: [Option<&'a RawValue>; MIN_HEIGHTS.len()],
+    min_level: Option<&'a RawValue>,
     named: Option<&'a RawValue>,
 }
 
@@ -63,17 +69,24 @@ impl<'a> Properties<'a> {
             .map(CompactString::from)
     }
 
-    /// Of the property `named` by the caller, else of the first usual one that has a value.
+    /// Of the property `named` by the caller, else of the first usual one that has a value which
+    /// is not 0, else 0 where one has that.
     pub(super) fn height(&self, named: Option<&str>) -> Height {
-        if let Some(property) = named {
-            return height_of(property, self.named, 1.0).unwrap_or(Height::Missing);
+        match named {
+            Some(property) => height_of(property, self.named, 1.0).unwrap_or(Height::Missing),
+            None => first_of(&HEIGHTS, &self.heights, LEVELS, self.levels),
         }
-        HEIGHTS
-            .iter()
-            .zip(self.heights)
-            .find_map(|(property, value)| height_of(property, value, 1.0))
-            .or_else(|| height_of(LEVELS, self.levels, METRES_A_LEVEL))
-            .unwrap_or(Height::Missing)
+    }
+
+    /// How far above the ground it begins, as `OpenStreetMap` has it: what is above the ground
+    /// from there up to its height.
+    pub(super) fn min_height(&self) -> Height {
+        first_of(&MIN_HEIGHTS, &self.min_heights, MIN_LEVEL, self.min_level)
+    }
+
+    /// Whether there is the property that the caller named, whatever its value.
+    pub(super) fn has_named(&self) -> bool {
+        self.named.is_some()
     }
 
     fn keep(&mut self, key: &str, value: &'a RawValue, height: Option<&str>) {
@@ -87,10 +100,21 @@ impl<'a> Properties<'a> {
             self.ids[at] = Some(value);
         } else if let Some(at) = place(&CLASSES) {
             self.classes[at] = Some(value);
+        } else if let Some(at) = place(&MIN_HEIGHTS) {
+            self.min_heights[at] = Some(value);
         } else if key == LEVELS {
             self.levels = Some(value);
+        } else if key == MIN_LEVEL {
+            self.min_level = Some(value);
         }
     }
+}
+
+/// The names of the properties in a JSON object.
+pub(super) fn names(text: &str) -> impl Iterator<Item = CompactString> {
+    let members: serde_json::Result<BTreeMap<CompactString, &RawValue>> =
+        serde_json::from_str(text);
+    members.unwrap_or_default().into_keys()
 }
 
 /// A name given as a string or as a number.
@@ -108,6 +132,35 @@ fn string(value: &RawValue) -> Option<Cow<'_, str>> {
     #[derive(Deserialize)]
     struct Text<'a>(#[serde(borrow)] Cow<'a, str>);
     serde_json::from_str::<Text>(value.get()).ok().map(|t| t.0)
+}
+
+/// How far above its ground a footprint with these properties, a JSON object, begins if it is
+/// extruded, m.
+pub fn lift_m(properties: &str) -> f64 {
+    match Properties::read(properties, None).map(|properties| properties.min_height()) {
+        Ok(Height::Metres(lift)) => lift,
+        _ => 0.0,
+    }
+}
+
+/// The first height that is not 0, among those in metres and then that in levels; 0 where one is
+/// that and no other has a value.
+fn first_of(
+    names: &[&str],
+    values: &[Option<&RawValue>],
+    levels_name: &str,
+    levels: Option<&RawValue>,
+) -> Height {
+    let in_metres = names.iter().zip(values).map(|(n, v)| height_of(n, *v, 1.0));
+    let in_levels = std::iter::once_with(|| height_of(levels_name, levels, METRES_A_LEVEL));
+    let mut zero = Height::Missing;
+    for height in in_metres.chain(in_levels).flatten() {
+        if height != Height::Metres(0.0) {
+            return height;
+        }
+        zero = height;
+    }
+    zero
 }
 
 /// `None` where there is no value.
@@ -189,6 +242,18 @@ mod tests {
             (r#"{"h":1,"measuredHeight":2}"#, None, Height::Metres(2.0)),
             (r#"{"building:levels":"4"}"#, None, Height::Metres(12.0)),
             (r#"{"height":null,"h":7}"#, None, Height::Metres(7.0)),
+            (r#"{"height":0,"h":7}"#, None, Height::Metres(7.0)),
+            (
+                r#"{"height":"0 m","building:levels":2}"#,
+                None,
+                Height::Metres(6.0),
+            ),
+            (
+                r#"{"height":0,"building:levels":""}"#,
+                None,
+                Height::Metres(0.0),
+            ),
+            (r#"{"top":0,"h":7}"#, Some("top"), Height::Metres(0.0)),
             (r#"{"height":1,"top":9}"#, Some("top"), Height::Metres(9.0)),
             (r#"{"height":1}"#, Some("top"), Height::Missing),
             (r#"{"he\u0069ght":3}"#, None, Height::Metres(3.0)),
@@ -200,6 +265,20 @@ mod tests {
         ] {
             let height = Properties::read(text, named).map(|p| p.height(named));
             assert_eq!(height.ok(), Some(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn where_parts_begin() {
+        for (text, lift) in [
+            (r#"{"min_height":"4 m","building:min_level":9}"#, 4.0),
+            (r#"{"building:min_height":5}"#, 5.0),
+            (r#"{"min_height":0,"building:min_level":"3"}"#, 9.0),
+            (r#"{"min_height":-4}"#, 0.0),
+            (r#"{"height":4}"#, 0.0),
+            ("[]", 0.0),
+        ] {
+            assert_eq!(lift_m(text), lift, "{text}");
         }
     }
 

@@ -3,6 +3,18 @@ use crate::geom::DVec3;
 use crate::import::collector::Collector;
 use crate::import::{ImportError, Place, crs};
 
+/// No footprint in metres is smaller than this along both axes.
+const SMALLEST_M: f64 = 0.1;
+/// Nothing in a city is larger than this, degrees.
+const WIDEST_DEG: f64 = 1.0;
+
+const AS_METRES: &str = "no coordinate reference system is given, and positions are no longitudes \
+     and latitudes; they are taken as metres: name their system in a member crs, or reproject the \
+     file to longitudes and latitudes";
+const AS_DEGREES: &str = "no coordinate reference system is given, and positions are taken as \
+     longitudes and latitudes, but the first footprint is over a degree wide; if they are metres, \
+     name their system in a member crs before the features";
+
 /// How the positions of one file become scene coordinates, settled by the file's `crs` member
 /// (of `GeoJSON` before RFC 7946) or else by its first position.
 #[derive(Default)]
@@ -10,13 +22,19 @@ pub(super) enum System {
     #[default]
     Unsettled,
     /// The file says that it holds longitudes and latitudes.
-    LonLat,
+    LonLat {
+        /// A footprint had them the other way round, which was told.
+        turned: bool,
+    },
     /// Longitude and latitude, projected.
     Utm(Box<Utm>),
     /// The file names a system that is taken to be in metres.
     Stated(String),
     /// Metres, taken as they are.
-    Metres,
+    Metres {
+        /// The file names their system.
+        stated: bool,
+    },
 }
 
 impl System {
@@ -39,7 +57,37 @@ impl System {
             collector.warn(None, Place::Pointer("/crs".into()), what);
         }
         if !matches!(self, Self::Utm(_)) {
-            *self = Self::LonLat;
+            *self = Self::LonLat { turned: false };
+        }
+        Ok(())
+    }
+
+    /// A `crs` member names it behind the features. Where they were read as it says it is as good
+    /// as one before them, else a warning.
+    pub(super) fn state_late(
+        &mut self,
+        crs: &str,
+        collector: &mut Collector,
+    ) -> Result<(), ImportError> {
+        let in_degrees = crs::is_geographic(crs);
+        let read_as = match self {
+            Self::Unsettled | Self::LonLat { .. } | Self::Utm(_) if in_degrees => {
+                return self.state(crs, collector);
+            }
+            Self::Unsettled | Self::Metres { stated: false } if !in_degrees => {
+                collector.crs(crs)?;
+                *self = Self::Metres { stated: true };
+                return Ok(());
+            }
+            Self::LonLat { .. } | Self::Utm(_) => "longitudes and latitudes",
+            Self::Unsettled | Self::Stated(_) | Self::Metres { .. } => "metres",
+        };
+        if collector.known_crs() != Some(crs) {
+            let what = format!(
+                "{crs} is stated behind the features, which were read as {read_as} before it came; \
+                 it is ignored, move it before them"
+            );
+            collector.warn(None, Place::Pointer("/crs".into()), what);
         }
         Ok(())
     }
@@ -55,23 +103,41 @@ impl System {
             return Ok(());
         };
         let degrees = is_lon_lat(x, y);
+        let turned = !degrees && is_lon_lat(y, x);
         match self {
-            Self::Utm(_) | Self::Metres => {}
+            Self::Utm(_) | Self::Metres { .. } => {}
             Self::Stated(crs) => {
-                if degrees && is_tiny(footprint) {
+                if degrees && is_within(footprint, SMALLEST_M) {
                     let what = format!(
                         "positions look like degrees, but {crs} is not known to have any; taken as \
                          metres, reproject the file to a system in metres or to EPSG:4326"
                     );
                     collector.warn(None, Place::File, what);
                 }
-                *self = Self::Metres;
+                *self = Self::Metres { stated: true };
+            }
+            Self::LonLat { turned: told } if turned => {
+                if !*told {
+                    let what = latitude_first(x, y) + "; features that have it are left out";
+                    collector.warn(None, Place::File, what);
+                }
+                *told = true;
             }
             // Nothing to go by yet.
-            Self::LonLat if !degrees => {}
+            Self::LonLat { .. } if !degrees => {}
             Self::Unsettled if !x.is_finite() || !y.is_finite() => {}
-            Self::Unsettled if !degrees => *self = Self::Metres,
-            Self::LonLat | Self::Unsettled => {
+            Self::Unsettled if !degrees => {
+                *self = Self::Metres { stated: false };
+                collector.assume(if turned && is_within(footprint, SMALLEST_M) {
+                    latitude_first(x, y) + "; taken as metres"
+                } else {
+                    AS_METRES.to_owned()
+                });
+            }
+            Self::LonLat { .. } | Self::Unsettled => {
+                if matches!(self, Self::Unsettled) && !is_within(footprint, WIDEST_DEG) {
+                    collector.warn(None, Place::File, AS_DEGREES);
+                }
                 let known = collector.known_crs().and_then(Zone::from_crs);
                 let zone = known.unwrap_or_else(|| Zone::of(x, y));
                 collector.crs(&zone.crs())?;
@@ -91,15 +157,21 @@ impl System {
                 let [x, y] = utm.project(x, y);
                 DVec3::new(x, y, z)
             }
-            Self::Metres | Self::Stated(_) => DVec3::new(x, y, z),
-            Self::LonLat | Self::Unsettled => DVec3::NAN,
+            Self::Metres { .. } | Self::Stated(_) => DVec3::new(x, y, z),
+            Self::LonLat { .. } | Self::Unsettled => DVec3::NAN,
         }
     }
 }
 
-/// Whether a footprint is too small for one in metres.
-fn is_tiny(footprint: &[[f64; 3]]) -> bool {
-    const SMALLEST_M: f64 = 0.1;
-    let near = |p: &[f64; 3], axis: usize| (p[axis] - footprint[0][axis]).abs() < SMALLEST_M;
+fn latitude_first(x: f64, y: f64) -> String {
+    format!(
+        "positions such as {x}, {y} look like latitude before longitude, and GeoJSON has longitude \
+         first; exchange the two"
+    )
+}
+
+/// Whether all of a footprint lies nearer than this to its first position, along both axes.
+fn is_within(footprint: &[[f64; 3]], size: f64) -> bool {
+    let near = |p: &[f64; 3], axis: usize| (p[axis] - footprint[0][axis]).abs() < size;
     footprint.iter().all(|p| near(p, 0) && near(p, 1))
 }

@@ -50,6 +50,18 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
+    /// The name says that it is packed.
+    #[error(
+        "{}: is packed, and elevation is read unpacked only; unpack it first with {tool} {}",
+        path.display(),
+        path.display()
+    )]
+    Packed {
+        /// The file.
+        path: PathBuf,
+        /// What unpacks it.
+        tool: &'static str,
+    },
     /// The content breaks the rules of its format.
     #[error("{}: {place}{reason}", path.display())]
     Malformed {
@@ -117,6 +129,21 @@ pub enum ReadError {
         path.display(), from[0], from[1], to[0], to[1]
     )]
     Degrees {
+        /// The file.
+        path: PathBuf,
+        /// Its south-west post.
+        from: [f64; 2],
+        /// Its north-east post.
+        to: [f64; 2],
+        /// The system that the caller named.
+        crs: String,
+    },
+    /// The raster is said to have degrees, but lies on a plane.
+    #[error(
+        "{}: is said to lie in {crs}, whose coordinates are degrees, but reaches from {} {} to {} {}, which are no longitudes and latitudes; leave the system out, or name the one in metres that it lies in, such as EPSG:25832",
+        path.display(), from[0], from[1], to[0], to[1]
+    )]
+    NoDegrees {
         /// The file.
         path: PathBuf,
         /// Its south-west post.

@@ -19,7 +19,7 @@ mod system;
 use std::path::Path;
 
 use metres::reach;
-use system::System;
+use system::{System, has_degrees};
 
 pub use error::{Place, ReadError};
 pub use png::Encoding;
@@ -47,20 +47,37 @@ pub fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> {
         Some("asc") => ascii::read(path, options),
         Some("hgt") => hgt::read(path, options),
         Some("png") => png::read(path, options),
+        Some("gz") => Err(packed(path, "gunzip")),
+        Some("zip") => Err(packed(path, "unzip")),
         _ => Err(ReadError::UnknownFormat {
             path: path.to_owned(),
         }),
     }?;
-    match &options.crs {
-        Some(crs) if raster.units == Units::Degrees && System::named(crs).is_some() => {
-            let [from, to] = reach(&raster.field);
-            Err(ReadError::Degrees {
-                path: path.to_owned(),
-                from,
-                to,
-                crs: crs.clone(),
-            })
-        }
+    let Some(crs) = &options.crs else {
+        return Ok(raster);
+    };
+    let [from, to] = reach(&raster.field);
+    let (path, crs) = (path.to_owned(), crs.clone());
+    match raster.units {
+        Units::Degrees if System::named(&crs).is_some() => Err(ReadError::Degrees {
+            path,
+            from,
+            to,
+            crs,
+        }),
+        Units::Metres if has_degrees(&crs) => Err(ReadError::NoDegrees {
+            path,
+            from,
+            to,
+            crs,
+        }),
         _ => Ok(raster),
+    }
+}
+
+fn packed(path: &Path, tool: &'static str) -> ReadError {
+    ReadError::Packed {
+        path: path.to_owned(),
+        tool,
     }
 }

@@ -58,6 +58,12 @@ impl System {
     }
 }
 
+/// Whether the coordinates of a system of this name are known to be degrees.
+pub(super) fn has_degrees(name: &str) -> bool {
+    let is_of_globe = |definition: String| definition.contains("+proj=longlat");
+    name.starts_with("OGC:CRS84") || definition(name).is_some_and(is_of_globe)
+}
+
 /// The horizontal part of a system, as PROJ writes it.
 pub(super) fn definition(name: &str) -> Option<String> {
     let code = name.strip_prefix("EPSG:")?.parse().ok()?;

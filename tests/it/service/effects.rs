@@ -202,7 +202,7 @@ fn what_cannot_be_asked_for_is_named() {
             json!({"haze": {"fog": 1}}),
             400,
             "/effects/haze/fog",
-            "unknown field",
+            "effects.haze has no member fog",
         ),
         (
             "weather",

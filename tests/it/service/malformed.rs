@@ -465,6 +465,142 @@ fn what_is_not_json_is_located_by_line_and_column() {
     assert_eq!(document["pointer"], "/camera/eye/2");
 }
 
+/// Body, detail.
+const DETAILS: &[(&str, &str)] = &[
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}"#,
+        "the body ends before all that was opened is closed",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"tar"#,
+        "at camera: the body ends before all that was opened is closed",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}} {}"#,
+        "more follows where the body should end; send one JSON object",
+    ),
+    (
+        "{'camera':{}}",
+        "a name of a member must stand in double quotation marks",
+    ),
+    (
+        r#"{"camera":{"eye":[NaN,0,1]}}"#,
+        "at camera.eye[0]: this is no value of JSON, which are numbers, texts in double quotation marks, lists, objects, true, false and null",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,01]}}"#,
+        "at camera.eye[2]: this is no number of JSON: such as 12, -0.5 or 6e3, without zeros or a plus before it",
+    ),
+    (
+        r#"{"camera":{"eye":[0,1e999,1]}}"#,
+        "at camera.eye[1]: the number is too large; numbers may reach to 1.7e308",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1] "target":[0,0,0]}}"#,
+        "at camera: a comma or a closing brace must follow",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1,]}}"#,
+        "at camera.eye: a comma must be followed by something",
+    ),
+    ("null", "the body must be an object, and is null"),
+    (
+        r#""camera""#,
+        "the body must be an object, and is the text \"camera\"",
+    ),
+    (
+        r#"{"camera":[0,0,1]}"#,
+        "camera must be an object, and is a list",
+    ),
+    (
+        r#"{"camera":{"eye":[0,"1",1]}}"#,
+        "camera.eye[1] must be a number, and is the text \"1\"",
+    ),
+    (
+        r#"{"camera":{"eye":[0,null,1]}}"#,
+        "camera.eye[1] must be a number, and is null",
+    ),
+    (
+        r#"{"camera":{"eye":{"x":0}}}"#,
+        "camera.eye must be a list of 3 numbers, and is an object",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0]}}"#,
+        "camera.eye must be a list of 3 numbers, and has 2",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,0,1]}}"#,
+        "camera.eye must be a list of 3 numbers, and has 4",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1],"viewport":[1920.5,1080]}}"#,
+        "camera.viewport[0] must be a whole number from 0 to 4294967295, and is 1920.5",
+    ),
+    ("{}", "camera is missing"),
+    (r#"{"camera":{"target":[0,0,0]}}"#, "camera.eye is missing"),
+    (
+        r#"{"camera":{"eye":[0,0,1],"eye":[0,0,2]}}"#,
+        "camera.eye is given twice",
+    ),
+    (
+        r#"{"cam":1}"#,
+        "the body has no member cam; it has camera, lod, effects, feedback, output",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"output":{"xml":1}}"#,
+        "output has no member xml; it has form",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":"errors"}}"#,
+        "lod.mode must be one of range, error, budget, and is \"errors\"",
+    ),
+    (
+        r#"{"camera":{"eye":[0,-9,1],"target":[0,0,0]},"lod":{"mode":true}}"#,
+        "lod.mode must be one of range, error, budget, and is true",
+    ),
+];
+
+#[test]
+fn what_is_wrong_is_told_in_words_for_who_wrote_it() {
+    let service = Running::new();
+    for &(body, detail) in DETAILS {
+        let problem = service.visible("demo", body).problem(400);
+        assert_eq!(problem["detail"], detail, "{body}");
+    }
+    // Words of the parser, and of the language that it is written in.
+    let jargon = [
+        "f64",
+        "u32",
+        "struct",
+        "field",
+        "variant",
+        "invalid type",
+        "invalid value",
+        "invalid length",
+        "EOF",
+        "ident",
+        "sequence",
+        "map",
+        "trailing",
+    ];
+    for &(body, status, pointer) in BODIES.iter().filter(|(_, status, _)| *status == 400) {
+        let problem = service.visible("demo", body).problem(status);
+        let detail = problem["detail"].as_str().unwrap();
+        for word in jargon {
+            assert!(!detail.contains(word), "{body}: {detail}");
+        }
+        let mut names = pointer
+            .split('/')
+            .filter(|name| name.parse::<u32>().is_err());
+        let name = names.next_back().unwrap_or_default();
+        let name = name.replace("~1", "/").replace("~0", "~");
+        assert!(
+            detail.contains(&name),
+            "{body}: {name:?} is not in {detail}"
+        );
+    }
+}
+
 #[test]
 fn deep_nesting_is_refused() {
     let service = Running::new();
