@@ -92,8 +92,8 @@ impl System {
         Ok(())
     }
 
-    /// Settles it by the positions of the first footprint: one that can be degrees is taken as such. The zone is
-    /// that of the files before, else the one the position lies in.
+    /// Settles it by the positions of the first footprint: one that can be degrees is taken as
+    /// such. The zone is that of the files before, else the one the position lies in.
     pub(super) fn settle(
         &mut self,
         footprint: &[[f64; 3]],
