@@ -23,6 +23,7 @@ export class Stream implements Asking {
   /** The question that was answered last: when a city is exchanged it is answered once more. */
   private last: Ask | undefined;
   private seq = 0;
+  private opened = false;
   /** The answer before, but for its objects. */
   private before: AnswerHead | undefined;
   /** What the service was told last, as JSON; what has not changed is left out. */
@@ -43,6 +44,7 @@ export class Stream implements Asking {
     }
     this.socket.onopen = () => {
       clearTimeout(this.patience);
+      this.opened = true;
       this.ears.opened();
     };
     this.socket.onclose = () => this.fail();
@@ -101,6 +103,8 @@ export class Stream implements Asking {
 
   private fail(): void {
     this.close();
-    this.ears.lost(this.before === undefined);
+    // One that was opened and closed before anything was asked tells nothing of the network.
+    const unasked = this.opened && this.seq === 0;
+    this.ears.lost(this.before === undefined && !unasked);
   }
 }
