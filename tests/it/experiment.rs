@@ -225,7 +225,10 @@ fn accuracy_keeps_its_laws_in_every_row() {
     for speed in report["speed"].as_array().unwrap() {
         for key in [
             "error_us",
+            "moving_error_us",
             "budget_us",
+            "first_error_us",
+            "first_budget_us",
             "linear_us",
             "linear_over_error",
             "views",

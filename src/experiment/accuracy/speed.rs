@@ -13,16 +13,20 @@ use crate::lod::{BudgetLod, ErrorLod, Lod, Selection, select};
 const COUNTS: [usize; 3] = [1_000, 5_000, 20_000];
 const SAMPLES: usize = 5;
 
-/// Medians over the views that have so many objects in the frustum; ratios are taken view by view.
+/// Medians over the views that have so many objects in the frustum; ratios are taken view by view,
+/// of two modes in the same circumstances.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Speed {
     pub(super) objects: u32,
     pub(super) count: usize,
     pub(super) views: usize,
+    /// The same view again and again, as the scans.
     pub(super) error_us: f64,
     /// A frame after another, the camera moving.
+    pub(super) moving_error_us: f64,
     pub(super) budget_us: f64,
-    /// The first frame of all.
+    /// The first frame of all, its memory included.
+    pub(super) first_error_us: f64,
     pub(super) first_budget_us: f64,
     /// Every object, eight at a time in f32, from tables made for it.
     pub(super) linear_us: f64,
@@ -33,16 +37,29 @@ pub(super) struct Speed {
     /// In the view where it is lowest.
     pub(super) lowest_linear_over_error: f64,
     pub(super) budget_over_error: f64,
-    pub(super) first_budget_over_error: f64,
     /// In the view where it is highest.
     pub(super) highest_budget_over_error: f64,
+    pub(super) first_budget_over_error: f64,
+}
+
+/// What the same answer took in one view, µs.
+#[derive(Debug, Clone, Copy)]
+struct Times {
+    count: usize,
+    error: f64,
+    /// Error and budget mode, the camera moving.
+    moving: [f64; 2],
+    /// The same, the first frame.
+    first: [f64; 2],
+    linear: f64,
+    plain: f64,
 }
 
 /// One row for each answer that some view of the city is large enough for.
 pub(super) fn measure(tree: &LodTree, scan: &Scan) -> Result<Vec<Speed>, ReportError> {
     let mut found = Vec::new();
     let mut selection = Selection::default();
-    let mut times: Vec<(usize, [f64; 5])> = Vec::new();
+    let mut times: Vec<Times> = Vec::new();
     for viewpoint in viewpoints(tree)? {
         let view = &viewpoint.view;
         let ranked = ranked(tree, view);
@@ -53,49 +70,66 @@ pub(super) fn measure(tree: &LodTree, scan: &Scan) -> Result<Vec<Speed>, ReportE
             let Ok(error) = ErrorLod::new(px) else {
                 continue; // the eye is inside as many objects
             };
-            let error_us = median_us(SAMPLES, || {
-                select(tree, view, &Lod::Error(error), &mut selection);
-            });
+            let error = Lod::Error(error);
+            let error_us = median_us(SAMPLES, || select(tree, view, &error, &mut selection));
             // Where sizes tie there are more of them.
             let budget = Lod::Budget(BudgetLod::new(selection.count()));
-            let two_us = median_us(SAMPLES, || {
-                select(tree, &viewpoint.next, &budget, &mut selection);
-                select(tree, view, &budget, &mut selection);
+            let modes = [error, budget];
+            let moving = modes.map(|lod| {
+                let two_us = median_us(SAMPLES, || {
+                    select(tree, &viewpoint.next, &lod, &mut selection);
+                    select(tree, view, &lod, &mut selection);
+                });
+                two_us / 2.0
             });
-            let first_us = median_us(SAMPLES, || {
-                selection = Selection::default();
-                select(tree, view, &budget, &mut selection);
+            let first = modes.map(|lod| {
+                median_us(SAMPLES, || {
+                    selection = Selection::default();
+                    select(tree, view, &lod, &mut selection);
+                })
             });
-            let linear_us = median_us(SAMPLES, || scan.large(tree, view, px, &mut found));
-            let plain_us = median_us(SAMPLES, || Scan::plain(tree, view, px, &mut found));
-            times.push((
+            times.push(Times {
                 count,
-                [error_us, two_us / 2.0, first_us, linear_us, plain_us],
-            ));
+                error: error_us,
+                moving,
+                first,
+                linear: median_us(SAMPLES, || scan.large(tree, view, px, &mut found)),
+                plain: median_us(SAMPLES, || Scan::plain(tree, view, px, &mut found)),
+            });
         }
     }
     let rows = COUNTS.into_iter().filter_map(|count| {
-        let of_count = times.iter().filter(|time| time.0 == count);
-        let times: Vec<[f64; 5]> = of_count.map(|time| time.1).collect();
-        let middle = |of: fn(&[f64; 5]) -> f64| median(times.iter().map(of).collect());
-        let over_error = |at: usize| -> Vec<f64> { times.iter().map(|t| t[at] / t[0]).collect() };
-        let (budget, linear) = (over_error(1), over_error(3));
-        (!times.is_empty()).then(|| Speed {
-            objects: tree.object_count(),
+        let times = times.iter().filter(|times| times.count == count);
+        speed(
+            tree.object_count(),
             count,
-            views: times.len(),
-            error_us: middle(|t| t[0]),
-            budget_us: middle(|t| t[1]),
-            first_budget_us: middle(|t| t[2]),
-            linear_us: middle(|t| t[3]),
-            plain_us: middle(|t| t[4]),
-            plain_over_error: median(over_error(4)),
-            first_budget_over_error: median(over_error(2)),
-            lowest_linear_over_error: linear.iter().copied().fold(f64::INFINITY, f64::min),
-            linear_over_error: median(linear),
-            highest_budget_over_error: budget.iter().copied().fold(0.0, f64::max),
-            budget_over_error: median(budget),
-        })
+            &times.copied().collect::<Vec<_>>(),
+        )
     });
     Ok(rows.collect())
+}
+
+fn speed(objects: u32, count: usize, times: &[Times]) -> Option<Speed> {
+    let all = |of: fn(&Times) -> f64| -> Vec<f64> { times.iter().map(of).collect() };
+    let middle = |of| median(all(of));
+    let linear = all(|t| t.linear / t.error);
+    let budget = all(|t| t.moving[1] / t.moving[0]);
+    (!times.is_empty()).then(|| Speed {
+        objects,
+        count,
+        views: times.len(),
+        error_us: middle(|t| t.error),
+        moving_error_us: middle(|t| t.moving[0]),
+        budget_us: middle(|t| t.moving[1]),
+        first_error_us: middle(|t| t.first[0]),
+        first_budget_us: middle(|t| t.first[1]),
+        linear_us: middle(|t| t.linear),
+        plain_us: middle(|t| t.plain),
+        plain_over_error: middle(|t| t.plain / t.error),
+        lowest_linear_over_error: linear.iter().copied().fold(f64::INFINITY, f64::min),
+        linear_over_error: median(linear),
+        highest_budget_over_error: budget.iter().copied().fold(0.0, f64::max),
+        budget_over_error: median(budget),
+        first_budget_over_error: middle(|t| t.first[1] / t.first[0]),
+    })
 }

@@ -34,13 +34,14 @@ pub(super) fn text(measured: &Measured, summaries: &[Summary]) -> String {
     }
     if !measured.speeds.is_empty() {
         out += "\n\nBeside looking at every object, size first, for the same answer: one at a time from \
-             its box in f64, and eight at a time in f32 from tables made for it:";
+             its box in f64, and eight at a time in f32 from tables made for it; and budget mode \
+             beside error mode, both in a frame loop and both in their first frame:";
     }
     for speed in &measured.speeds {
         let _ = write!(
             out,
             "\n{} of {} objects: error mode {:.0} µs, one at a time {:.0} times as long, eight at \
-             a time {:.0} times (at least {:.0}), budget mode {:.1} times, for the first frame \
+             a time {:.0} times (at least {:.0}), budget mode {:.1} times, in the first frame \
              {:.1} times.",
             thousands(speed.count as u64),
             thousands(speed.objects.into()),
