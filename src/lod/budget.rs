@@ -43,21 +43,17 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
     }
     let filter = Filter::new(view.frustum(), tree.origin(), &tree.bounds());
     let budget = lod.max_objects;
-    let mut search = match &selection.sizes.last {
-        Some(last) if last.resembles(tree, view) => {
-            let growth = f64::from(budget.max(1)) / f64::from(last.budget.max(1));
-            Search::new(budget, last.px / growth.sqrt(), FRAME)
-        }
-        _ => {
-            let survey = &mut selection.sizes.survey;
-            let px = survey.estimate(tree, view, &filter, budget);
-            Search::new(
-                budget,
-                px,
-                STRAYS + STRAYS_ALONE / f64::from(budget.max(1)).sqrt(),
-            )
-        }
+    let last = selection.sizes.last.as_ref();
+    let last = last.filter(|last| last.resembles(tree, view));
+    let (expected, width) = if let Some(last) = last {
+        last.expects(budget)
+    } else {
+        let survey = &mut selection.sizes.survey;
+        let px = survey.estimate(tree, view, &filter, budget);
+        (px, STRAYS + STRAYS_ALONE / f64::from(budget.max(1)).sqrt())
     };
+    let is_first = last.is_none();
+    let mut search = Search::new(budget, expected, width);
     loop {
         let wanted = search.wanted();
         let missed = sweep(tree, view, &filter, wanted, selection);
@@ -85,7 +81,9 @@ pub(super) fn select(tree: &LodTree, view: &View, lod: BudgetLod, selection: &mu
         }
         let cut = cut.unwrap_or_else(take);
         selection.ranges.merge(selection.sizes.border.taken());
-        selection.sizes.last = Last::new(tree, view, budget, cut.smallest.min(wanted.sure));
+        let px = cut.smallest.min(wanted.sure);
+        let strayed = if is_first { FRAME } else { px / expected };
+        selection.sizes.last = Last::new(tree, view, budget, px, strayed);
         selection.conclude(cut.left.unwrap_or(0.0));
         return;
     }
@@ -161,26 +159,44 @@ pub(super) struct Last {
     scale: PixelScale,
     budget: u32,
     px: f64,
+    /// By how much that was other than expected, as a ratio of at least 1.
+    strayed: f64,
 }
 
 /// Frames follow one another while the eye moves by no more than this share of the city.
 const STEP: f64 = 0.01;
-/// What sizes change by from frame to frame, as a ratio.
+/// What sizes change by from frame to frame at most, as a ratio; mostly by as much as in the frame
+/// before.
 const FRAME: f64 = 1.01;
+/// And at least, that not every bend in a path is a miss.
+const STILL: f64 = 1.001;
 /// What a survey may stray by.
 const STRAYS: f64 = 1.025;
 /// The same of a single object; the more there are, the more it evens out.
 const STRAYS_ALONE: f64 = 0.5;
 
 impl Last {
-    fn new(tree: &LodTree, view: &View, budget: u32, px: f64) -> Option<Self> {
+    fn new(tree: &LodTree, view: &View, budget: u32, px: f64, strayed: f64) -> Option<Self> {
         (px > 0.0 && px < f64::INFINITY).then(|| Self {
             objects: tree.object_count(),
             eye: view.eye(),
             scale: view.pixels(),
             budget,
             px,
+            strayed: strayed.max(1.0 / strayed),
         })
+    }
+
+    /// Where the size is to be expected in the next frame, pixels, and within which ratio.
+    fn expects(&self, budget: u32) -> (f64, f64) {
+        let growth = f64::from(budget.max(1)) / f64::from(self.budget.max(1));
+        let width = if budget == self.budget {
+            // Sizes lie the farther apart the fewer there are.
+            (self.strayed * self.strayed + 1.0 / f64::from(budget.max(1))).clamp(STILL, FRAME)
+        } else {
+            FRAME
+        };
+        (self.px / growth.sqrt(), width)
     }
 
     fn resembles(&self, tree: &LodTree, view: &View) -> bool {
