@@ -74,19 +74,14 @@ impl LargestSize {
         self.set(largest);
     }
 
-    /// Takes one thing into account whose radius by distance, or radius, is known.
-    pub fn raise_to(&mut self, ratio: f64) {
-        let ratio = (ratio as f32).next_up();
-        if ratio > self.bound {
-            self.set(ratio);
-        }
-    }
-
     fn set(&mut self, bound: f32) {
         const TINY: f32 = 1e-18;
         self.bound = bound;
         self.margin = f32x8::splat(bound * self.distance_error + TINY);
-        self.squared = f32x8::splat(bound * bound * (1.0 - 8.0 * DISTANCE_SLACK as f32));
+        let squared = bound * bound * (1.0 - 8.0 * DISTANCE_SLACK as f32);
+        // Below, squares are rounded by more than the slack.
+        let is_normal = squared >= f32::MIN_POSITIVE;
+        self.squared = f32x8::splat(if is_normal { squared } else { 0.0 });
     }
 }
 
@@ -96,4 +91,47 @@ fn of_set(values: f32x8, set: Lanes) -> f32x8 {
     let bits = i32x8::from(BITS);
     let mask = (i32x8::splat(set.cast_signed()) & bits).simd_eq(bits);
     bytemuck::cast::<i32x8, f32x8>(mask) & values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::ALL_LANES;
+
+    fn with(bound: f32, distance_error: f32) -> LargestSize {
+        let mut largest = LargestSize {
+            perspective: true,
+            distance_error,
+            bound,
+            margin: f32x8::ZERO,
+            squared: f32x8::ZERO,
+        };
+        largest.set(bound);
+        largest
+    }
+
+    /// Where nothing is certain, nothing is told to be within the bound, until that is infinite.
+    #[test]
+    fn what_is_not_known_exceeds() {
+        let distances = |squared: f32| EightDistances {
+            squared: f32x8::splat(squared),
+        };
+        let exceeding = |largest: &LargestSize, radius: f32, squared: f32| {
+            let set = largest.exceeding(f32x8::splat(radius), &distances(squared), ALL_LANES);
+            assert!(set == 0 || set == ALL_LANES);
+            set == ALL_LANES
+        };
+        // An infinite error: coordinates that overflow when squared.
+        assert!(exceeding(&with(0.0, f32::INFINITY), 1.0, 1e4));
+        // No distance known.
+        assert!(exceeding(&with(0.0, 0.0), 1.0, f32::INFINITY));
+        assert!(exceeding(&with(1e-3, 0.1), f32::INFINITY, 1e30));
+        // Around the eye.
+        assert!(exceeding(&with(1e6, 0.1), 1.0, 0.0));
+        // Squares of tiny bounds are no normal numbers.
+        assert!(exceeding(&with(1e-22, 0.0), 1.01e-21, 100.0));
+        // And what is known.
+        assert!(exceeding(&with(0.01, 0.1), 1.1, 1e4));
+        assert!(!exceeding(&with(0.01, 0.1), 0.9, 1e4));
+    }
 }

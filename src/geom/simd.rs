@@ -324,4 +324,41 @@ mod tests {
             );
         }
     }
+    /// Comparisons of two times eight numbers.
+    struct Comparisons([f32x8; 2]);
+
+    impl Kernel for Comparisons {
+        type Output = [Lanes; 2];
+
+        #[inline(always)]
+        fn run<F: Floats>(self) -> Self::Output {
+            let [a, b] = self.0.map(|floats| F::of(&floats));
+            [a.less(b), a.at_most(b)]
+        }
+    }
+
+    #[test]
+    fn nothing_compares_with_what_is_no_number() {
+        let special = [
+            f32::NAN,
+            f32::NEG_INFINITY,
+            -1.0,
+            -0.0,
+            0.0,
+            1e-45,
+            1.0,
+            f32::INFINITY,
+        ];
+        for number in special {
+            let numbers = [f32x8::from(special), f32x8::splat(number)];
+            let expected = |holds: fn(&f32, &f32) -> bool| {
+                (0..8).fold(0, |set, lane| {
+                    set | Lanes::from(holds(&special[lane as usize], &number)) << lane
+                })
+            };
+            let expected = [expected(f32::lt), expected(f32::le)];
+            assert_eq!(widest(Comparisons(numbers)), expected, "{number}");
+            assert_eq!(Comparisons(numbers).run::<f32x8>(), expected, "{number}");
+        }
+    }
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::lanes;
 use super::ranges::Ranges;
-use crate::geom::{Aabb, Eight, EightRelations, Filter, Floats, Lanes, PlaneSet, View};
+use crate::geom::{Eight, EightRelations, Lanes, PlaneSet};
 use crate::index::Arrays;
 
 /// Nodes that add their own objects.
@@ -150,13 +150,12 @@ impl<D: FnMut(usize, &Eight, u32, Lanes, PlaneSet) -> Lanes> Listing<'_, D> {
     /// Looks at the own objects of a node, eight at a time.
     #[inline(always)]
     fn look_at(&mut self, node: u32, planes: PlaneSet) {
-        let Some(objects) = self.own(node, node + 1) else {
-            return;
-        };
-        self.tested += objects.end - objects.start;
         let block = self.arrays.own_block_starts.get(node as usize);
-        let block = block.map_or(usize::MAX, |&block| block as usize);
-        for (block, first) in (block..).zip(objects.clone().step_by(8)) {
+        let (Some(objects), Some(&block)) = (self.own(node, node + 1), block) else {
+            return; // only in a damaged file
+        };
+        self.tested = self.tested.saturating_add(objects.end - objects.start);
+        for (block, first) in (block as usize..).zip(objects.clone().step_by(8)) {
             let Some(boxes) = self.arrays.own_blocks.get(block) else {
                 return; // only in a damaged file
             };
@@ -164,56 +163,5 @@ impl<D: FnMut(usize, &Eight, u32, Lanes, PlaneSet) -> Lanes> Listing<'_, D> {
             let set = (self.drawn)(block, boxes, first, set, planes);
             self.ranges.push_runs(first, set);
         }
-    }
-}
-
-/// What decides whether an object is seen.
-#[derive(Clone, Copy)]
-pub(super) struct Sight<'a> {
-    pub(super) view: &'a View,
-    pub(super) filter: &'a Filter,
-    pub(super) object_boxes: &'a [[f64; 6]],
-}
-
-impl<'a> Sight<'a> {
-    pub(super) fn new(view: &'a View, filter: &'a Filter, arrays: &Arrays<'a>) -> Self {
-        Self {
-            view,
-            filter,
-            object_boxes: arrays.object_boxes,
-        }
-    }
-
-    /// Which of eight objects from `first` on, those in `set`, are not outside one of `planes`.
-    #[inline(always)]
-    pub(super) fn seen<F: Floats>(
-        &self,
-        boxes: &Eight,
-        first: u32,
-        set: Lanes,
-        planes: PlaneSet,
-    ) -> Lanes {
-        if planes == 0 {
-            return set;
-        }
-        let (outside, touching) = self.filter.outside_or_touching_in::<F>(boxes, planes);
-        let open = set & !(outside | touching);
-        if open == 0 {
-            return set & touching;
-        }
-        // What f32 leaves open is decided in f64.
-        set & touching | self.not_outside(first, open)
-    }
-
-    /// Which of eight objects are not outside the frustum, decided in f64.
-    #[cold]
-    fn not_outside(&self, first: u32, set: Lanes) -> Lanes {
-        let seen = |&lane: &u32| {
-            let exact = Aabb::nth(self.object_boxes, first + lane);
-            exact.is_some_and(|exact| !self.view.frustum().is_outside(&exact))
-        };
-        lanes::each(set)
-            .filter(seen)
-            .fold(0, |set, lane| set | 1 << lane)
     }
 }

@@ -8,7 +8,7 @@ pub(super) fn first(count: u32) -> Lanes {
     !(Lanes::MAX << count) & ALL_LANES
 }
 
-/// How many lanes from `lane` on, which is in the set, follow one another.
+/// How many lanes of the set follow one another from `lane` on; 0 where that is not in it.
 #[inline]
 pub(super) fn run_length(set: Lanes, lane: u32) -> u32 {
     // The bit above the eighth ends every run.

@@ -21,6 +21,7 @@ mod retrieve;
 mod search;
 mod selection;
 mod settle;
+mod sight;
 mod sizing;
 mod survey;
 mod sweep;

@@ -20,10 +20,11 @@
 use std::ops::Range;
 
 use super::descent::Descent;
-use super::gather::{Gathered, Sight};
+use super::gather::Gathered;
 use super::lanes;
 use super::ranges::Ranges;
 use super::selection::Stats;
+use super::sight::Sight;
 use super::{RangeLod, Selection};
 use crate::geom::{
     Aabb, Eight, EightRelations, Filter, Floats, Kernel, Lanes, LargestSize, PixelScale, PlaneSet,
@@ -245,7 +246,8 @@ impl Traversal<'_> {
         let firsts = nodes.clone().step_by(8);
         for (boxes, first) in blocks.unwrap_or_default().iter().zip(firsts) {
             let count = (nodes.end - first).min(8);
-            self.stats.nodes_visited += count;
+            let visited = &mut self.stats.nodes_visited;
+            *visited = visited.saturating_add(count);
             eight(self, boxes, first, count);
         }
     }

@@ -1,8 +1,8 @@
 //! Which of eight things are large enough on the screen: f32 where it is certain, f64 elsewhere.
 
 use super::border::Border;
-use super::gather::Sight;
 use super::lanes;
+use super::sight::Sight;
 use crate::geom::{Aabb, Eight, EightDistances, Floats, Lanes, PlaneSet, SizeThreshold};
 use crate::index::Arrays;
 

@@ -226,7 +226,7 @@ fn accuracy_keeps_its_laws_in_every_row() {
         for key in [
             "error_us",
             "moving_error_us",
-            "budget_us",
+            "moving_budget_us",
             "first_error_us",
             "first_budget_us",
             "linear_us",

@@ -54,8 +54,7 @@ test('a service that was restarted is found again', { skip: missing }, () =>
     await still(page, held.base, 10);
     const gone = ended(held.service);
     held.service.kill();
-    await gone;
-    await page.evaluate(turn, 20);
+    await gone; // and nobody moves meanwhile
     await page.waitForFunction(() => window.citylod.city.way === 'none');
     assert.match(await page.locator('.status').textContent(), /Reconnecting/);
     await page.waitForTimeout(1500);

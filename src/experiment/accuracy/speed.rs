@@ -24,7 +24,7 @@ pub(super) struct Speed {
     pub(super) error_us: f64,
     /// A frame after another, the camera moving.
     pub(super) moving_error_us: f64,
-    pub(super) budget_us: f64,
+    pub(super) moving_budget_us: f64,
     /// The first frame of all, its memory included.
     pub(super) first_error_us: f64,
     pub(super) first_budget_us: f64,
@@ -36,9 +36,9 @@ pub(super) struct Speed {
     pub(super) linear_over_error: f64,
     /// In the view where it is lowest.
     pub(super) lowest_linear_over_error: f64,
-    pub(super) budget_over_error: f64,
+    pub(super) moving_budget_over_error: f64,
     /// In the view where it is highest.
-    pub(super) highest_budget_over_error: f64,
+    pub(super) highest_moving_budget_over_error: f64,
     pub(super) first_budget_over_error: f64,
 }
 
@@ -120,7 +120,7 @@ fn speed(objects: u32, count: usize, times: &[Times]) -> Option<Speed> {
         views: times.len(),
         error_us: middle(|t| t.error),
         moving_error_us: middle(|t| t.moving[0]),
-        budget_us: middle(|t| t.moving[1]),
+        moving_budget_us: middle(|t| t.moving[1]),
         first_error_us: middle(|t| t.first[0]),
         first_budget_us: middle(|t| t.first[1]),
         linear_us: middle(|t| t.linear),
@@ -128,8 +128,8 @@ fn speed(objects: u32, count: usize, times: &[Times]) -> Option<Speed> {
         plain_over_error: middle(|t| t.plain / t.error),
         lowest_linear_over_error: linear.iter().copied().fold(f64::INFINITY, f64::min),
         linear_over_error: median(linear),
-        highest_budget_over_error: budget.iter().copied().fold(0.0, f64::max),
-        budget_over_error: median(budget),
+        highest_moving_budget_over_error: budget.iter().copied().fold(0.0, f64::max),
+        moving_budget_over_error: median(budget),
         first_budget_over_error: middle(|t| t.first[1] / t.first[0]),
     })
 }

@@ -49,7 +49,7 @@ pub(super) fn text(measured: &Measured, summaries: &[Summary]) -> String {
             speed.plain_over_error,
             speed.linear_over_error,
             speed.lowest_linear_over_error,
-            speed.budget_over_error,
+            speed.moving_budget_over_error,
             speed.first_budget_over_error
         );
     }

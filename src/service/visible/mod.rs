@@ -134,14 +134,16 @@ pub fn with_frame<T>(
     config: &Config,
     then: impl FnOnce(&Frame) -> Result<T, Problem>,
 ) -> Result<T, Problem> {
-    FRAME.with_borrow_mut(|frame| {
-        work_out(frame, city, asked, config);
-        if frame.gave_up() {
-            Err(too_costly(frame, config))
-        } else {
-            then(frame)
-        }
-    })
+    // Taken out, so that one of which the work panicked is not seen again.
+    let mut frame = FRAME.take();
+    work_out(&mut frame, city, asked, config);
+    let made = if frame.gave_up() {
+        Err(too_costly(&frame, config))
+    } else {
+        then(&frame)
+    };
+    FRAME.set(frame);
+    made
 }
 
 fn work_out(frame: &mut Frame, city: &City, asked: &Resolved, config: &Config) {

@@ -22,7 +22,7 @@ export interface Ears {
   refused(problem: Problem, revision?: string): void;
   /** It is ready for questions. */
   opened(): void;
-  /** It cannot be had; `blocked` when it never could. */
+  /** It cannot be had; `blocked` where nothing came through it. */
   lost(blocked: boolean): void;
 }
 
@@ -42,6 +42,8 @@ export interface LinkEvents {
   way(way: Way): void;
 }
 
+/** After so many attempts at a stream, where there was one before, it may be the network after all. */
+const ENOUGH = 6;
 /** Longest wait between attempts to reach the service again, ms. */
 const LONGEST_WAIT = 8000;
 
@@ -50,7 +52,7 @@ export class Link {
   private asking: Asking | undefined;
   private ranges: Range[] = [];
   private attempts = 0;
-  /** A stream was had: where none can be had now, it is the service that is away. */
+  /** A stream was had: where none can be had now, it is more likely that the service is away. */
   private streamed = false;
   private timer: number | undefined;
   private closed = false;
@@ -110,7 +112,8 @@ export class Link {
         if (!current()) return;
         this.events.way('none');
         this.asking = undefined;
-        if (blocked && !this.streamed) {
+        if (blocked && (!this.streamed || this.attempts >= ENOUGH)) {
+          this.attempts += 1;
           this.poll();
           return;
         }

@@ -1,6 +1,6 @@
 /** Asking by `POST visible`, one question at a time: for networks that let no WebSocket through. */
 
-import { type AnswerHead, type Ask, at, post, Refused } from '../api';
+import { type AnswerHead, type Ask, at, json, post, Refused } from '../api';
 import type { Range } from '../ranges';
 import type { Asking, Ears } from './index';
 
@@ -9,6 +9,7 @@ const ENOUGH = 3600;
 
 export class Poll implements Asking {
   private readonly abort = new AbortController();
+  private reached = false;
   private busy = false;
   private asked = 0;
   /** The controller's state travels with the client. */
@@ -18,11 +19,11 @@ export class Poll implements Asking {
     private readonly scene: string,
     private readonly ears: Ears,
   ) {
-    queueMicrotask(() => this.ears.opened());
+    void this.reach();
   }
 
   get ready(): boolean {
-    return !this.busy && !this.abort.signal.aborted;
+    return this.reached && !this.busy && !this.abort.signal.aborted;
   }
 
   ask(ask: Ask): void {
@@ -31,6 +32,17 @@ export class Poll implements Asking {
 
   close(): void {
     this.abort.abort();
+  }
+
+  /** Nothing may be asked for long: whether the service is there must show at once. */
+  private async reach(): Promise<void> {
+    try {
+      await json(at(this.scene), { signal: this.abort.signal });
+      this.reached = true;
+      this.ears.opened();
+    } catch {
+      if (!this.abort.signal.aborted) this.ears.lost(false);
+    }
   }
 
   private async send(ask: Ask): Promise<void> {
