@@ -23,7 +23,6 @@ export class Stream implements Asking {
   /** The question that was answered last: when a city is exchanged it is answered once more. */
   private last: Ask | undefined;
   private seq = 0;
-  private opened = false;
   /** The answer before, but for its objects. */
   private before: AnswerHead | undefined;
   /** What the service was told last, as JSON; what has not changed is left out. */
@@ -44,10 +43,9 @@ export class Stream implements Asking {
     }
     this.socket.onopen = () => {
       clearTimeout(this.patience);
-      this.opened = true;
       this.ears.opened();
     };
-    this.socket.onclose = () => this.fail();
+    this.socket.onclose = ({ wasClean }) => this.fail(wasClean);
     this.socket.onmessage = (event) => this.hear(JSON.parse(String(event.data)) as Message);
   }
 
@@ -101,10 +99,9 @@ export class Stream implements Asking {
     this.ears.answered(ask, this.before, anew ? { all: add as Range[] } : { add, remove });
   }
 
-  private fail(): void {
+  /** `told` where the service said that it closes: then its words come through. */
+  private fail(told = false): void {
     this.close();
-    // One that was opened and closed before anything was asked tells nothing of the network.
-    const unasked = this.opened && this.seq === 0;
-    this.ears.lost(this.before === undefined && !unasked);
+    this.ears.lost(this.before === undefined && !told);
   }
 }
