@@ -137,7 +137,7 @@ pub enum ImportError {
     /// A file does not say which system it lies in, and cannot lie in that of the others.
     #[error(
         "{}: states no coordinate reference system and lies {km} km from {}, too far for one city{}; convert them to one system, or import them into separate scenes",
-        path.display(), other.display(), suspected.iter().map(|what| format!("; {what}")).collect::<String>()
+        path.display(), other.display(), suspected.as_ref().map_or(String::new(), |what| format!("; {what}"))
     )]
     FarApart {
         /// The file.

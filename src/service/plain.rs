@@ -159,6 +159,8 @@ mod tests {
         let told = plain("unknown field `b`, there are no fields", "a.b");
         assert_eq!(told, "a has no member b, as it has none");
         assert_eq!(plain("far must be near", "lod"), "far must be near");
+        let told = plain("invalid unicode code point", "a");
+        assert_eq!(told, "at a: a text has bytes that are no UTF-8");
         let told = plain(&format!("invalid type: string {long:?}, expected f64"), "a");
         assert_eq!(
             told,
