@@ -29,10 +29,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     }
     out.flush()?;
     if args.check {
-        check(args, &tree)?;
-        if let Ground::Unusable(why) = ground {
-            bail!(why);
-        }
+        check(args, &tree, &ground)?;
     }
     Ok(())
 }
@@ -63,7 +60,7 @@ impl Ground {
     }
 }
 
-fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
+fn check(args: &InfoArgs, tree: &LodTree, ground: &Ground) -> Result<()> {
     let violations = tree.validate();
     for violation in &violations {
         say!("{}: {violation}", args.file.display());
@@ -73,6 +70,9 @@ fn check(args: &InfoArgs, tree: &LodTree) -> Result<()> {
             "{}: the tree is not sound; import the city again",
             args.file.display()
         );
+    }
+    if let Ground::Unusable(why) = ground {
+        bail!("{why}; the city itself is sound");
     }
     say!("{}: checked, sound", args.file.display());
     Ok(())

@@ -27,9 +27,10 @@ pub(super) struct SetDown {
 }
 
 /// Sets the objects whose base is not known, or `all`, on the lowest ground under their boxes.
-/// Heights, ids and how far above its ground a part begins stay. Where there is no ground, those
-/// whose base is not known go to 0, where they stood before any was laid, so that what ground was
-/// laid before does not matter; the others stay where they are.
+/// Heights and ids stay. Of those whose base is not known, a part that begins above its ground is
+/// set so far above it again; those whose base is known come down onto it whatever they began at.
+/// Where there is no ground, those whose base is not known go to 0, where they stood before any was
+/// laid, so that what ground was laid before does not matter; the others stay where they are.
 pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result<SetDown> {
     let mut done = SetDown::default();
     if !all && tree.base_unknown_count() == 0 {

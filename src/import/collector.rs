@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use compact_str::CompactString;
@@ -90,9 +90,19 @@ impl Collector {
         }
     }
 
+    /// The current file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// What is assumed of where the current file lies, should it not come to say so.
     pub(super) fn assume(&mut self, what: String) {
         self.files.assume(what);
+    }
+
+    /// What looks wrong with the current file, should it not come to say where it lies.
+    pub(super) fn suspect(&mut self, what: String) {
+        self.files.suspect(what);
     }
 
     /// The system of the objects so far, where one was stated.

@@ -115,10 +115,29 @@ pub enum ImportError {
         /// Those there are.
         found: String,
     },
+    /// More features of a file lie too far from where the others do than lie there.
+    #[error(
+        "{}: {far} of its {of} features lie over {degrees} degrees from {from}; {way_out}",
+        path.display()
+    )]
+    FarFeatures {
+        /// The file.
+        path: PathBuf,
+        /// How many lie too far.
+        far: usize,
+        /// How many there are.
+        of: usize,
+        /// How far is too far.
+        degrees: f64,
+        /// From where.
+        from: String,
+        /// What the user can do.
+        way_out: &'static str,
+    },
     /// A file does not say which system it lies in, and cannot lie in that of the others.
     #[error(
-        "{}: states no coordinate reference system and lies {km} km from {}, too far for one city; convert them to one system, or import them into separate scenes",
-        path.display(), other.display()
+        "{}: states no coordinate reference system and lies {km} km from {}, too far for one city{}; convert them to one system, or import them into separate scenes",
+        path.display(), other.display(), suspected.as_ref().map_or(String::new(), |what| format!("; {what}"))
     )]
     FarApart {
         /// The file.
@@ -127,6 +146,8 @@ pub enum ImportError {
         other: PathBuf,
         /// How far apart they lie, km.
         km: f64,
+        /// What looks wrong with its positions.
+        suspected: Option<String>,
     },
 }
 

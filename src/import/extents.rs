@@ -23,6 +23,8 @@ struct Extent {
     stated: bool,
     /// What is said of it where no file says which system it lies in.
     assumed: Option<String>,
+    /// What is said of it whatever the others say, unless it says itself where it lies.
+    suspected: Option<String>,
     bounds: Aabb,
     objects: u64,
     /// Of these, those with earth-centred coordinates, and where the first of them is.
@@ -37,6 +39,7 @@ impl Extents {
             path,
             stated: false,
             assumed: None,
+            suspected: None,
             bounds: Aabb::EMPTY,
             objects: 0,
             on_globe: 0,
@@ -56,6 +59,13 @@ impl Extents {
     pub(super) fn assume(&mut self, what: String) {
         if let Some(file) = self.0.last_mut() {
             file.assumed = Some(what);
+        }
+    }
+
+    /// The current file does not say so yet, and this looks wrong with it if it never does.
+    pub(super) fn suspect(&mut self, what: String) {
+        if let Some(file) = self.0.last_mut() {
+            file.suspected = Some(what);
         }
     }
 
@@ -142,25 +152,28 @@ impl Extents {
                     path: file.path.to_path_buf(),
                     other: other.path.to_path_buf(),
                     km: km(apart),
+                    suspected: file.suspected.clone(),
                 });
             }
             let far = far.map(|(apart, other)| {
                 format!("it lies {} km from {}", km(apart), other.path.display())
             });
             let what = match (crs, far) {
-                (Some(crs), far) => format!(
+                (Some(crs), far) => Some(format!(
                     "states no coordinate reference system; taken to lie in {crs} like the other \
                      files{}",
                     far.map_or(String::new(), |far| format!("; {far}"))
-                ),
-                (None, Some(far)) => format!(
+                )),
+                (None, Some(far)) => Some(format!(
                     "{far}, and neither states a coordinate reference system; taken to lie in one"
-                ),
-                (None, None) => match &file.assumed {
-                    Some(what) => what.clone(),
-                    None => continue,
-                },
+                )),
+                (None, None) => file.assumed.clone(),
             };
+            let said: Vec<String> = what.into_iter().chain(file.suspected.clone()).collect();
+            if said.is_empty() {
+                continue;
+            }
+            let what = said.join("; ");
             doubts.push(Warning {
                 path: Arc::clone(&file.path),
                 object: None,

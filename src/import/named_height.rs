@@ -24,16 +24,24 @@ impl NamedHeight {
         self.is_found = true;
     }
 
-    /// Whether no feature had it yet, so that it is worth a look what they have instead.
+    /// Whether no feature had it yet and there is room for what they have instead, so that it is
+    /// worth a look.
     pub(super) fn is_sought(&self) -> bool {
-        !self.is_found
+        !self.is_found && self.has_room()
+    }
+
+    fn has_room(&self) -> bool {
+        self.others.len() < MOST_NAMES
     }
 
     /// A feature has these properties instead.
     pub(super) fn miss(&mut self, names: impl Iterator<Item = CompactString>) {
         self.is_missed = true;
-        let room = MOST_NAMES.saturating_sub(self.others.len());
-        self.others.extend(names.take(room));
+        for name in names {
+            if self.has_room() {
+                self.others.insert(name);
+            }
+        }
     }
 
     /// # Errors
@@ -50,5 +58,26 @@ impl NamedHeight {
             }),
             _ => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use compact_str::format_compact;
+
+    use super::{MOST_NAMES, NamedHeight};
+
+    #[test]
+    fn a_full_list_asks_for_no_more_names() {
+        let mut height = NamedHeight::default();
+        // Each feature has one property of its own behind one that all have.
+        for feature in 0..MOST_NAMES - 1 {
+            assert!(height.is_sought(), "{feature}");
+            height.miss(["a".into(), format_compact!("b{feature}")].into_iter());
+        }
+        assert!(!height.is_sought());
+        assert!(height.check(Some("h")).is_err());
+        height.find();
+        assert!(height.check(Some("h")).is_ok());
     }
 }

@@ -36,8 +36,10 @@ fn explain<T: DeserializeOwned>(bytes: &[u8]) -> Problem {
             Ok(()) => return Problem::new(Kind::Internal, "a body was refused, then read"),
         },
     };
+    // Taken off the end only: what was sent may hold these words too.
+    let place = format!(" at line {} column {}", error.line(), error.column());
     let text = error.to_string();
-    let detail = text.split(" at line ").next().unwrap_or(&text);
+    let detail = text.strip_suffix(&place).unwrap_or(&text);
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Problem::new(Kind::MalformedJson, "the body is empty: send a JSON object").at("");
     }

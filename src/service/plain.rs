@@ -89,6 +89,11 @@ fn of_syntax(said: &str) -> Option<&'static str> {
         "expected `,` or `]`" => "a comma or a closing bracket must follow",
         "recursion limit exceeded" => "lists and objects are nested too deeply",
         "invalid escape" => "a text has a backslash that begins nothing known to JSON",
+        "lone leading surrogate in hex escape" | "unexpected end of hex escape" => {
+            "a text has one half of a character behind \\u; write both halves, such as \
+             \\ud83c\\udfe0, or the character itself"
+        }
+        "invalid unicode code point" => "a text has bytes that are no UTF-8",
         said if said.starts_with("EOF while parsing") => {
             "the body ends before all that was opened is closed"
         }
@@ -118,9 +123,11 @@ fn value(found: &str) -> Cow<'_, str> {
     match found {
         "map" => "an object".into(),
         "sequence" => "a list".into(),
-        "unit value" => "null".into(),
-        _ => match found.strip_prefix("string ") {
-            Some(text) => format!("the text {}", shortened(text)).into(),
+        _ => match found.strip_prefix("string \"") {
+            Some(text) => {
+                let text = text.strip_suffix('"').unwrap_or(text);
+                format!("the text \"{}\"", shortened(text)).into()
+            }
             None => quoted(found).first().map_or(found, |value| value).into(),
         },
     }
@@ -152,5 +159,12 @@ mod tests {
         let told = plain("unknown field `b`, there are no fields", "a.b");
         assert_eq!(told, "a has no member b, as it has none");
         assert_eq!(plain("far must be near", "lod"), "far must be near");
+        let told = plain("invalid unicode code point", "a");
+        assert_eq!(told, "at a: a text has bytes that are no UTF-8");
+        let told = plain(&format!("invalid type: string {long:?}, expected f64"), "a");
+        assert_eq!(
+            told,
+            format!("a must be a number, and is the text \"{short}…\"")
+        );
     }
 }

@@ -170,6 +170,86 @@ fn what_lies_far_from_the_first_feature_is_left_out() {
     );
 }
 
+/// One feature astray before a city, and a file that lies elsewhere than the ones before.
+#[test]
+fn a_file_of_which_most_lies_too_far_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, places: &[[f64; 2]]| {
+        let features: Vec<String> = places
+            .iter()
+            .map(|[x, y]| {
+                let (east, north) = (x + 1e-4, y + 1e-4);
+                let ring = format!("[[[{x},{y}],[{east},{y}],[{east},{north}],[{x},{y}]]]");
+                feature(r#"{"height":3}"#, &ring)
+            })
+            .collect();
+        let path = folder.path().join(name);
+        std::fs::write(&path, features.join("\n")).unwrap();
+        path
+    };
+    let (delft, tokyo, null) = ([4.36, 52.01], [139.7, 35.7], [0.0, 0.0]);
+    let in_delft = write("delft.geojsonl", &[delft, delft]);
+    let refused = |files: &[std::path::PathBuf], words: &[&str]| {
+        let error = import(files, &Options::default(), &|_, _| {}).unwrap_err();
+        let told = error.to_string();
+        for word in words {
+            assert!(told.contains(word), "{word}: {told}");
+        }
+    };
+    refused(
+        &[write("astray.geojsonl", &[null, delft, tokyo])],
+        &[
+            "astray.geojsonl: 2 of its 3 features lie over 15 degrees from",
+            "of the first one, at longitude 0, latitude 0;",
+            "remove that one",
+            "separate scenes",
+        ],
+    );
+    let in_tokyo = write("tokyo.geojsonl", &[tokyo, tokyo]);
+    refused(
+        &[in_delft.clone(), in_tokyo],
+        &[
+            "tokyo.geojsonl: 2 of its 2 features",
+            "from EPSG:32631, the UTM zone of the files before; import the file into",
+        ],
+    );
+    refused(
+        &[
+            in_delft.clone(),
+            write("south.geojsonl", &[null, delft, delft]),
+        ],
+        &[
+            "2 of its 3",
+            "files before, or from the latitude of the first one near it, at longitude 0",
+        ],
+    );
+    // One astray in front is no measure of latitude, if the zone is given and it lies far from it.
+    let kept = [in_delft, write("front.geojsonl", &[tokyo, delft, delft])];
+    let imported = import(&kept, &Options::default(), &|_, _| {}).unwrap();
+    assert_eq!(imported.scene.objects.len(), 4);
+    let told = |what: &str| {
+        imported
+            .warnings
+            .iter()
+            .filter(|w| w.what.contains(what))
+            .count()
+    };
+    assert_eq!(told("the UTM zone of the files before"), 1);
+}
+
+/// Metres lie in no zone that they could be far from.
+#[test]
+fn positions_in_metres_are_not_told_of_zones() {
+    let ring = "[[[1e9,1e9],[1e999,1e9],[1e9,2e9],[1e9,1e9]]]";
+    let imported = import_content("x.geojson", feature(r#"{"h":1}"#, ring).as_bytes()).unwrap();
+    let dropped = "1 position not finite, dropped";
+    assert!(
+        imported.warnings.iter().any(|w| w.what.contains(dropped)),
+        "{:?}",
+        imported.warnings
+    );
+}
+
 #[test]
 fn the_height_named_by_the_caller_is_taken() {
     let folder = tempfile::tempdir().unwrap();

@@ -22,17 +22,22 @@ fn crs(name: &str) -> String {
 }
 
 /// A collection of one footprint, with a `crs` before the features and one behind.
-fn between(before: &str, footprint: &str, behind: &str) -> Result<Imported, ImportError> {
+fn collection(before: &str, footprint: &str, behind: &str) -> String {
     let member = |name: &str| match name {
         "" => r#""note":0"#.to_owned(),
         name => crs(name),
     };
-    let text = format!(
+    format!(
         r#"{{{},"type":"FeatureCollection","features":[{}],{}}}"#,
         member(before),
         feature(r#"{"h":1}"#, footprint),
         member(behind)
-    );
+    )
+}
+
+/// It imported.
+fn between(before: &str, footprint: &str, behind: &str) -> Result<Imported, ImportError> {
+    let text = collection(before, footprint, behind);
     import_content("x.geojson", text.as_bytes())
 }
 
@@ -68,6 +73,23 @@ fn latitude_before_longitude_is_told_of_where_it_can_be_seen() {
     assert_eq!(told(&imported), 1);
     assert!(imported.warnings[0].what.contains("such as 35.7, 139.7"));
     assert!(!imported.warnings[0].what.contains("no coordinate"));
+    // Whatever the other files say, and where they are too far apart.
+    let beside = |crs: &str, x: f64| {
+        let folder = tempfile::tempdir().unwrap();
+        let other = folder.path().join("other.geojson");
+        let square = triangle(x, x, 500.0);
+        std::fs::write(&other, collection(crs, &square, "")).unwrap();
+        let path = folder.path().join("turned.geojson");
+        std::fs::write(&path, feature(r#"{"h":1}"#, &turned)).unwrap();
+        import(&[other, path], &Options::default(), &|_, _| {})
+    };
+    assert_eq!(told(&beside("EPSG:6677", 1000.0).unwrap()), 1);
+    assert_eq!(told(&beside("", 20_000.0).unwrap()), 1);
+    let refused = beside("EPSG:6677", 500_000.0).unwrap_err().to_string();
+    assert!(
+        refused.contains("too far for one city; positions such as 35.7, 139.7"),
+        "{refused}"
+    );
     // A house in metres, and places that may be either.
     assert_eq!(told(&lines(&[triangle(35.7, 139.7, 10.0)])), 0);
     assert_eq!(told(&lines(&[triangle(52.01, 4.36, 0.001)])), 0);
@@ -137,6 +159,13 @@ fn a_crs_behind_features_that_were_read_otherwise_is_told_of() {
         &between("", &degrees, "EPSG:6677").unwrap(),
         &[behind(
             "EPSG:6677 is stated behind the features, which were read as longitudes and",
+        )],
+    );
+    // Degrees of a system that is not known here would be taken as metres if it came before them.
+    assert_warnings(
+        &between("", &degrees, "EPSG:4123").unwrap(),
+        &[behind(
+            "move it before them if they are metres; if they are degrees, leave it out",
         )],
     );
     assert_warnings(

@@ -139,6 +139,7 @@ fn files_too_far_apart_for_a_city_are_refused() {
             path,
             other: far,
             km,
+            ..
         } = &error
         else {
             panic!("{error}");

@@ -174,6 +174,8 @@ fn ground_that_cannot_be_is_refused_and_the_old_kept() {
     let run = desk.run("info city.citylod --check");
     assert_eq!(run.code, Some(1));
     assert!(run.err.contains("section tiles"), "{}", run.err);
+    assert!(run.err.contains("the city itself is sound"), "{}", run.err);
+    assert!(!run.err.contains("checked"), "{}", run.err);
 }
 
 /// Whatever is said of their system: degrees are no metres.

@@ -55,6 +55,16 @@ fn metres_that_are_said_to_be_degrees_are_refused_with_the_way_out() {
     let desk = desk();
     let far = posts("1 2 3 4").replace("center 5", "center 500000");
     desk.write("m.asc", far.as_bytes());
+    let fine = far.replace("cellsize 10", "cellsize 0.5");
+    desk.write("fine.asc", fine.as_bytes());
+    desk.refuses(
+        "import fine.asc --into city.citylod --crs EPSG:4326",
+        1,
+        &[
+            "fine.asc: is said to lie in EPSG:4326, whose coordinates are degrees",
+            "500000 500000 to 500001.5 500001.5",
+        ],
+    );
     for crs in ["EPSG:4326", "OGC:CRS84", "EPSG:4258"] {
         desk.refuses(
             &format!("import m.asc --into city.citylod --crs {crs}"),
@@ -86,6 +96,14 @@ fn packed_elevation_is_refused_with_what_unpacks_it() {
             &format!("import {name} --into city.citylod"),
             1,
             &["is packed", way_out],
+        );
+    }
+    for name in ["town.geojson.gz", "town.city.json.GZ"] {
+        desk.write(name, b"\x1f\x8b");
+        desk.refuses(
+            &format!("import {name} --into city.citylod"),
+            1,
+            &[name, "cities are imported with -o"],
         );
     }
 }

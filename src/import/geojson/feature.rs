@@ -7,6 +7,7 @@ use serde_json::value::RawValue;
 use super::properties::{self, Height, Properties};
 use super::rings::{MULTI_POLYGON_DEPTH, POLYGON_DEPTH, Rings};
 use super::system::System;
+use super::utm::FARTHEST_DEG;
 use crate::import::collector::Collector;
 use crate::import::shape::Shape;
 use crate::import::{ImportError, Options, Place};
@@ -88,6 +89,9 @@ pub(super) struct Features<'a, 'c> {
     has_height: bool,
     /// How many were kept flat for want of one.
     flat: usize,
+    /// How many became objects, and how many did not as they lie too far from those.
+    kept: usize,
+    far: usize,
 }
 
 impl<'a, 'c> Features<'a, 'c> {
@@ -102,6 +106,8 @@ impl<'a, 'c> Features<'a, 'c> {
             problems: Vec::new(),
             has_height: false,
             flat: 0,
+            kept: 0,
+            far: 0,
         }
     }
 
@@ -155,10 +161,27 @@ impl<'a, 'c> Features<'a, 'c> {
     }
 
     /// To be called behind the last feature.
-    pub(super) fn end(&mut self) {
-        if self.has_height || self.flat == 0 {
-            return;
+    pub(super) fn end(&mut self) -> Result<(), ImportError> {
+        if self.far > self.kept
+            && let Some((from, way_out)) = self.system.apart()
+        {
+            return Err(ImportError::FarFeatures {
+                path: self.collector.path().to_owned(),
+                far: self.far,
+                of: self.count,
+                degrees: FARTHEST_DEG,
+                from,
+                way_out,
+            });
         }
+        if !self.has_height && self.flat > 0 {
+            self.condense_flat();
+        }
+        Ok(())
+    }
+
+    /// Says once what is so of all features.
+    fn condense_flat(&mut self) {
         let wanted = match self.options.height.as_deref() {
             Some(named) => format!("in the property {named:?}"),
             None => properties::usual_heights(),
@@ -254,6 +277,9 @@ impl<'a, 'c> Features<'a, 'c> {
                 last = Some(vertex);
             }
         }
+        if last.is_none() && self.rings.corners().any(|&p| self.system.is_far(p)) {
+            self.far += 1;
+        }
         // One vertex carries the top: the others would only repeat the outline.
         if let Some(vertex) = last.filter(|_| top > base) {
             self.shape.vertex(vertex.with_z(top));
@@ -299,17 +325,16 @@ impl<'a, 'c> Features<'a, 'c> {
                     .push(format!("{} {what}", counted(count, "ring")));
             }
         }
-        for (count, what) in [
-            (self.rings.too_short, "of fewer than two numbers"),
-            (
-                self.shape.not_finite(),
-                "not finite, off the globe or over 15 degrees from the first one's UTM zone or latitude",
-            ),
-        ] {
+        let mut drop = |count: usize, what: &str| {
             if count > 0 {
-                self.problems
-                    .push(format!("{} {what}, dropped", counted(count, "position")));
+                let positions = counted(count, "position");
+                self.problems.push(format!("{positions} {what}, dropped"));
             }
+        };
+        drop(self.rings.too_short, "of fewer than two numbers");
+        let not_finite = self.shape.not_finite();
+        if not_finite > 0 {
+            drop(not_finite, &self.system.fault());
         }
     }
 
@@ -325,6 +350,7 @@ impl<'a, 'c> Features<'a, 'c> {
             .object(id.clone(), class, attributes.map(ToOwned::to_owned));
         let lost = object.is_none();
         if let Some(object) = object {
+            self.kept += 1;
             self.collector.object(object);
         }
         if lost && self.problems.is_empty() {

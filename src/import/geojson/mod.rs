@@ -6,7 +6,9 @@
 //!
 //! - Longitude and latitude are projected to one zone of UTM: that of the files before, else that
 //!   of the first position. A file whose `crs` names a projected system, or whose first position
-//!   cannot be degrees, is taken to hold metres; where it names none, with a warning.
+//!   cannot be degrees, is taken to hold metres; where it names none, with a warning. Features over
+//!   15 degrees from the zone or from the latitude of the first one near it are left out; where
+//!   those are more than are kept, the file is refused.
 //! - A footprint stands on its lowest z, else on 0 with its base marked as not known, and rises by
 //!   its height: the property the caller names, else `height`, `measuredHeight`,
 //!   `building:height`, `h`, else 3 m for each of `building:levels`; one that is 0 gives way to the
@@ -54,8 +56,7 @@ pub(super) fn read(
             Some(_) => return Err(stream.malformed(0, "expected a GeoJSON object, i.e. `{`")),
             None if empty => return Err(stream.malformed(0, "the file is empty")),
             None => {
-                features.end();
-                return Ok(());
+                return features.end();
             }
         }
         empty = false;

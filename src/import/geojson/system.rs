@@ -1,4 +1,4 @@
-use super::utm::{Utm, Zone, is_lon_lat};
+use super::utm::{FARTHEST_DEG, Utm, Zone, is_lon_lat};
 use crate::geom::DVec3;
 use crate::import::collector::Collector;
 use crate::import::{ImportError, Place, crs};
@@ -70,7 +70,7 @@ impl System {
         collector: &mut Collector,
     ) -> Result<(), ImportError> {
         let in_degrees = crs::is_geographic(crs);
-        let read_as = match self {
+        let (read_as, way_out) = match self {
             Self::Unsettled | Self::LonLat { .. } | Self::Utm(_) if in_degrees => {
                 return self.state(crs, collector);
             }
@@ -79,13 +79,20 @@ impl System {
                 *self = Self::Metres { stated: true };
                 return Ok(());
             }
-            Self::LonLat { .. } | Self::Utm(_) => "longitudes and latitudes",
-            Self::Unsettled | Self::Stated(_) | Self::Metres { .. } => "metres",
+            // Before them it would make metres of them, which is wrong if they are degrees.
+            Self::LonLat { .. } | Self::Utm(_) => (
+                "longitudes and latitudes",
+                "move it before them if they are metres; if they are degrees, leave it out or \
+                 reproject the file to EPSG:4326",
+            ),
+            Self::Unsettled | Self::Stated(_) | Self::Metres { .. } => {
+                ("metres", "move it before them")
+            }
         };
         if collector.known_crs() != Some(crs) {
             let what = format!(
                 "{crs} is stated behind the features, which were read as {read_as} before it came; \
-                 it is ignored, move it before them"
+                 it is ignored, {way_out}"
             );
             collector.warn(None, Place::Pointer("/crs".into()), what);
         }
@@ -128,11 +135,11 @@ impl System {
             Self::Unsettled if !x.is_finite() || !y.is_finite() => {}
             Self::Unsettled if !degrees => {
                 *self = Self::Metres { stated: false };
-                collector.assume(if turned && is_within(footprint, SMALLEST_M) {
-                    latitude_first(x, y) + "; taken as metres"
+                if turned && is_within(footprint, SMALLEST_M) {
+                    collector.suspect(latitude_first(x, y) + "; taken as metres");
                 } else {
-                    AS_METRES.to_owned()
-                });
+                    collector.assume(AS_METRES.to_owned());
+                }
             }
             Self::LonLat { .. } | Self::Unsettled => {
                 if matches!(self, Self::Unsettled) && !is_within(footprint, WIDEST_DEG) {
@@ -141,7 +148,7 @@ impl System {
                 let known = collector.known_crs().and_then(Zone::from_crs);
                 let zone = known.unwrap_or_else(|| Zone::of(x, y));
                 collector.crs(&zone.crs())?;
-                if let Ok(utm) = Utm::new(zone, y) {
+                if let Ok(utm) = Utm::new(zone, known.is_some()) {
                     *self = Self::Utm(Box::new(utm));
                 }
             }
@@ -159,6 +166,32 @@ impl System {
             }
             Self::Metres { .. } | Self::Stated(_) => DVec3::new(x, y, z),
             Self::LonLat { .. } | Self::Unsettled => DVec3::NAN,
+        }
+    }
+
+    /// Whether a position has none only because it lies too far from where the others do.
+    pub(super) fn is_far(&self, [x, y, _]: [f64; 3]) -> bool {
+        matches!(self, Self::Utm(utm) if is_lon_lat(x, y) && !utm.is_near(x, y))
+    }
+
+    /// What is wrong with positions that have none.
+    pub(super) fn fault(&self) -> String {
+        match self {
+            Self::Utm(utm) => format!(
+                "not finite, off the globe or over {FARTHEST_DEG} degrees from {}",
+                utm.middle()
+            ),
+            Self::LonLat { .. } => "no longitudes and latitudes".to_owned(),
+            Self::Metres { .. } | Self::Stated(_) | Self::Unsettled => "not finite".to_owned(),
+        }
+    }
+
+    /// Why a file of which more features lie too far than are kept cannot be used: where those
+    /// lie that are kept, and what to do.
+    pub(super) fn apart(&self) -> Option<(String, &'static str)> {
+        match self {
+            Self::Utm(utm) => Some((utm.middle(), utm.way_out())),
+            _ => None,
         }
     }
 }

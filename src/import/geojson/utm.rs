@@ -9,19 +9,23 @@ const CELLS_KEPT: usize = 1 << 12;
 /// Positions farther than this from the middle of a zone or from the latitude of the first one,
 /// degrees, are of no city that lies there. A zone is 6 wide; here a metre is still within 4 % of
 /// one.
-const FARTHEST_DEG: f64 = 15.0;
+pub(super) const FARTHEST_DEG: f64 = 15.0;
 
 /// WGS 84 longitude and latitude → one zone of UTM.
 ///
 /// The projection costs a hundred times as much as reading a coordinate. So it is evaluated at
 /// 3 × 3 nodes of each cell of 0.01° and interpolated by the parabolas through them. Within a
-/// cell of 2h ≤ 1.2 km the error is h³/(9√3 R²) times a number near 1, i.e. below 1 µm. The result
-/// depends on nothing but the position: it is the same in every file and order.
+/// cell of 2h ≤ 1.2 km the error is h³/(9√3 R²) times a number near 1, i.e. below 1 µm. What is
+/// projected comes to the same in every file and order; whether a position is projected depends on
+/// the zone and on the first position that lies near it.
 pub(super) struct Utm {
     geographic: Proj,
     projected: Proj,
-    /// Longitude of the middle of the zone, and latitude of the first position, degrees.
-    middle: [f64; 2],
+    zone: Zone,
+    /// The zone is that of the files before, not that of the first position.
+    is_given: bool,
+    /// The first position that lies near the zone, which the others must not lie far from.
+    first: Option<[f64; 2]>,
     cells: Vec<Cell>,
 }
 
@@ -58,6 +62,11 @@ impl Zone {
         })
     }
 
+    /// Longitude of its middle, degrees.
+    fn meridian(self) -> f64 {
+        f64::from(self.number) * 6.0 - 183.0
+    }
+
     pub(in crate::import) fn crs(self) -> String {
         let family = if self.south { 327 } else { 326 };
         format!("EPSG:{family}{:02}", self.number)
@@ -65,8 +74,8 @@ impl Zone {
 }
 
 impl Utm {
-    /// For positions about this latitude, degrees.
-    pub(super) fn new(zone: Zone, latitude: f64) -> Result<Self, proj4rs::errors::Error> {
+    /// `is_given` says that the zone is that of the files before.
+    pub(super) fn new(zone: Zone, is_given: bool) -> Result<Self, proj4rs::errors::Error> {
         let south = if zone.south { " +south" } else { "" };
         Ok(Self {
             geographic: Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs")?,
@@ -74,7 +83,9 @@ impl Utm {
                 "+proj=utm +zone={}{south} +datum=WGS84 +units=m +no_defs",
                 zone.number
             ))?,
-            middle: [f64::from(zone.number) * 6.0 - 183.0, latitude],
+            zone,
+            is_given,
+            first: None,
             cells: vec![
                 Cell {
                     key: (i32::MAX, i32::MAX),
@@ -85,16 +96,42 @@ impl Utm {
         })
     }
 
-    /// Easting and northing in metres; NaN where the position is not on the globe or more
-    /// than [`FARTHEST_DEG`] from where the others are.
-    pub(super) fn project(&mut self, longitude: f64, latitude: f64) -> [f64; 2] {
+    /// Whether a position lies no more than [`FARTHEST_DEG`] from where the others are.
+    pub(super) fn is_near(&self, longitude: f64, latitude: f64) -> bool {
         // The shorter way around the globe.
-        let east = (longitude - self.middle[0] + 180.0).rem_euclid(360.0) - 180.0;
-        let north = latitude - self.middle[1];
-        let is_near = east.abs().max(north.abs()) <= FARTHEST_DEG;
-        if !is_lon_lat(longitude, latitude) || !is_near {
+        let east = (longitude - self.zone.meridian() + 180.0).rem_euclid(360.0) - 180.0;
+        let north = self.first.map_or(0.0, |first| latitude - first[1]);
+        east.abs().max(north.abs()) <= FARTHEST_DEG
+    }
+
+    /// Where the others are, for people.
+    pub(super) fn middle(&self) -> String {
+        let crs = self.zone.crs();
+        let at = |[x, y]: [f64; 2]| format!("longitude {x}, latitude {y}");
+        match self.first.map(at) {
+            None => format!("{crs}, the UTM zone of the files before"),
+            Some(at) if self.is_given => format!(
+                "{crs}, the UTM zone of the files before, or from the latitude of the first one \
+                 near it, at {at}"
+            ),
+            Some(at) => format!("the UTM zone or the latitude of the first one, at {at}"),
+        }
+    }
+
+    /// What to do where most lie elsewhere.
+    pub(super) fn way_out(&self) -> &'static str {
+        match self.first {
+            None => "import the file into a separate scene",
+            Some(_) => "remove that one if it is astray, or import the places into separate scenes",
+        }
+    }
+
+    /// Easting and northing in metres; NaN where the position is not on the globe or not near.
+    pub(super) fn project(&mut self, longitude: f64, latitude: f64) -> [f64; 2] {
+        if !is_lon_lat(longitude, latitude) || !self.is_near(longitude, latitude) {
             return [f64::NAN; 2];
         }
+        self.first.get_or_insert([longitude, latitude]);
         let (x, y) = (longitude * CELLS_PER_DEGREE, latitude * CELLS_PER_DEGREE);
         let (column, row) = (x.floor(), y.floor());
         let cell = self.cell(column as i32, row as i32);
@@ -174,7 +211,7 @@ mod tests {
         };
         for _ in 0..300 {
             let (lon, lat) = (random(-180.0, 180.0), random(-84.0, 84.0));
-            let Ok(mut utm) = Utm::new(Zone::of(lon, lat), lat) else {
+            let Ok(mut utm) = Utm::new(Zone::of(lon, lat), false) else {
                 unreachable!("every zone has a projection");
             };
             for _ in 0..20 {
@@ -195,7 +232,7 @@ mod tests {
         let (lon, lat) = (-79.387_139, 43.642_567);
         let zone = Zone::of(lon, lat);
         assert_eq!(zone.crs(), "EPSG:32617");
-        let Ok(mut utm) = Utm::new(zone, lat) else {
+        let Ok(mut utm) = Utm::new(zone, false) else {
             unreachable!("every zone has a projection");
         };
         let [x, y] = utm.project(lon, lat);
@@ -205,7 +242,7 @@ mod tests {
 
     #[test]
     fn what_is_far_from_a_zone_has_no_place_in_it() {
-        let Ok(mut utm) = Utm::new(Zone::of(179.9, 50.0), 50.0) else {
+        let Ok(mut utm) = Utm::new(Zone::of(179.9, 50.0), false) else {
             unreachable!("every zone has a projection");
         };
         for (lon, lat, is_near) in [

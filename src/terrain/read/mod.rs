@@ -25,6 +25,9 @@ pub use error::{Place, ReadError};
 pub use png::Encoding;
 pub use raster::{Raster, Units};
 
+/// What names of elevation files end in.
+const EXTENSIONS: [&str; 5] = ["tif", "tiff", "asc", "hgt", "png"];
+
 /// What the caller may say of a file that does not say it itself.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
@@ -41,13 +44,13 @@ pub struct Options {
 /// # Errors
 /// [`ReadError`], naming the file and the place in it.
 pub fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let extension = extension(path);
     let raster = match extension.as_deref() {
         Some("tif" | "tiff") => geotiff::read(path, options),
         Some("asc") => ascii::read(path, options),
         Some("hgt") => hgt::read(path, options),
         Some("png") => png::read(path, options),
-        Some("gz") => Err(packed(path, "gunzip")),
+        Some("gz") if !is_other(&path.with_extension("")) => Err(packed(path, "gunzip")),
         Some("zip") => Err(packed(path, "unzip")),
         _ => Err(ReadError::UnknownFormat {
             path: path.to_owned(),
@@ -73,6 +76,16 @@ pub fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> {
         }),
         _ => Ok(raster),
     }
+}
+
+/// What a name ends in, in small letters.
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase())
+}
+
+/// Whether a name says that the file holds something else.
+fn is_other(path: &Path) -> bool {
+    extension(path).is_some_and(|e| !EXTENSIONS.contains(&e.as_str()))
 }
 
 fn packed(path: &Path, tool: &'static str) -> ReadError {

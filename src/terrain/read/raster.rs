@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::{Place, ReadError};
+use super::system::has_degrees;
 use crate::geom::DVec2;
 use crate::terrain::{FieldError, Grid, HeightField};
 
@@ -94,24 +95,16 @@ fn no_field(path: &Path, source: FieldError) -> ReadError {
 }
 
 /// What positions are and which system they lie in, where a file does not say so: degrees where
-/// the numbers can be that and hardly metres, which is on the globe with posts less than a tenth
-/// apart, and where the system is likely geographic, unless the numbers can only be metres.
+/// all of them are on the globe and the system has degrees or the posts are less than a tenth
+/// apart, which metres hardly are.
 pub(super) fn assumed(crs: Option<&str>, grid: &Grid) -> (Units, Option<String>) {
     let (west, east) = (grid.x(0), grid.x(grid.columns() - 1));
     let (south, north) = (grid.y(0), grid.y(grid.rows() - 1));
     let on_globe = west >= -180.0 && east <= 360.0 && south >= -90.0 && north <= 90.0;
     let spacing = grid.spacing().max_element();
-    let likely = crs.is_some_and(is_geographic) && (on_globe || spacing < 1.0);
-    if likely || on_globe && spacing < 0.1 {
+    if on_globe && (crs.is_some_and(has_degrees) || spacing < 0.1) {
         (Units::Degrees, Some(crs.unwrap_or("EPSG:4326").to_owned()))
     } else {
         (Units::Metres, crs.map(str::to_owned))
     }
-}
-
-/// Whether a system most likely has degrees for coordinates: `OGC:CRS84`, and EPSG 4001 to 4999,
-/// which are geographic but for some, such as 4647.
-pub(super) fn is_geographic(crs: &str) -> bool {
-    let code = crs.strip_prefix("EPSG:").and_then(|c| c.parse().ok());
-    crs.starts_with("OGC:CRS84") || code.is_some_and(|code: u32| (4001..5000).contains(&code))
 }

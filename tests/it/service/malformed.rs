@@ -25,6 +25,9 @@ const BODIES: &[(&str, u16, &str)] = &[
     ),
     (r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}} {}"#, 400, ""),
     ("{'camera':{}}", 400, ""),
+    (r#"{"camera":"\ud83c"}"#, 400, "/camera"),
+    (r#"{"camera":"\udfe0"}"#, 400, "/camera"),
+    (r#"{"camera":"\ud83c\u0041"}"#, 400, "/camera"),
     // Out of f64.
     (
         r#"{"camera":{"eye":[0,1e999,1],"target":[0,0,0]}}"#,
@@ -189,6 +192,17 @@ const BODIES: &[(&str, u16, &str)] = &[
         r#"{"camera":{"eye":[0,-9,1],"eye":[0,0,2],"target":[0,0,0]}}"#,
         400,
         "/camera/eye",
+    ),
+    // Words that the parser puts behind what it says.
+    (
+        r#"{"camera":{"eye":"north at line 1"}}"#,
+        400,
+        "/camera/eye",
+    ),
+    (
+        r#"{"north at line 1 column 2":1}"#,
+        400,
+        "/north at line 1 column 2",
     ),
     // Alternatives that exclude each other, or none of them.
     (r#"{"camera":{"eye":[0,0,1]}}"#, 422, "/camera/target"),
@@ -468,6 +482,18 @@ fn what_is_not_json_is_located_by_line_and_column() {
 /// Body, detail.
 const DETAILS: &[(&str, &str)] = &[
     (
+        r#"{"camera":{"eye":"north at line 1"}}"#,
+        "camera.eye must be a list of 3 numbers, and is the text \"north at line 1\"",
+    ),
+    (
+        r#"{"cam at line 1 column 2":1}"#,
+        "the body has no member cam at line 1 column 2; it has camera, lod, effects, feedback, output",
+    ),
+    (
+        r#"{"camera":{"eye":[0,0,1]},"lod":{"mode":"far at line 9"}}"#,
+        "lod.mode must be one of range, error, budget, and is \"far at line 9\"",
+    ),
+    (
         r#"{"camera":{"eye":[0,0,1],"target":[0,0,0]}"#,
         "the body ends before all that was opened is closed",
     ),
@@ -502,6 +528,14 @@ const DETAILS: &[(&str, &str)] = &[
     (
         r#"{"camera":{"eye":[0,0,1,]}}"#,
         "at camera.eye: a comma must be followed by something",
+    ),
+    (
+        r#"{"camera":"\ud83c"}"#,
+        "at camera: a text has one half of a character behind \\u; write both halves, such as \\ud83c\\udfe0, or the character itself",
+    ),
+    (
+        r#"{"camera":"\ud83c\u0041"}"#,
+        "at camera: a text has one half of a character behind \\u; write both halves, such as \\ud83c\\udfe0, or the character itself",
     ),
     ("null", "the body must be an object, and is null"),
     (
@@ -582,6 +616,8 @@ fn what_is_wrong_is_told_in_words_for_who_wrote_it() {
         "sequence",
         "map",
         "trailing",
+        "surrogate",
+        "hex escape",
     ];
     for &(body, status, pointer) in BODIES.iter().filter(|(_, status, _)| *status == 400) {
         let problem = service.visible("demo", body).problem(status);
