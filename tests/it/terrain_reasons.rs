@@ -84,6 +84,20 @@ fn metres_that_are_said_to_be_degrees_are_refused_with_the_way_out() {
 }
 
 #[test]
+fn a_system_that_nobody_knows_is_not_taken_for_degrees() {
+    let desk = desk();
+    let degrees = posts("1 2 3 4").replace("cellsize 10", "cellsize 0.001");
+    desk.write("d.asc", degrees.as_bytes());
+    for crs in ["EPSG:99999", "ESRI:102003"] {
+        desk.refuses(
+            &format!("import d.asc --into city.citylod --crs {crs}"),
+            1,
+            &["d.asc", crs, "is not known to have any", "EPSG:4326"],
+        );
+    }
+}
+
+#[test]
 fn packed_elevation_is_refused_with_what_unpacks_it() {
     let desk = desk();
     for (name, way_out) in [

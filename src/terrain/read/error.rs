@@ -138,6 +138,21 @@ pub enum ReadError {
         /// The system that the caller named.
         crs: String,
     },
+    /// The raster has degrees, and of the system that the caller named nothing is known.
+    #[error(
+        "{}: has coordinates that are degrees or look like it ({:.4} {:.4} to {:.4} {:.4}), and {crs} is not known to have any; name the system of the degrees, such as EPSG:4326, or leave it out",
+        path.display(), from[0], from[1], to[0], to[1]
+    )]
+    UnknownSystem {
+        /// The file.
+        path: PathBuf,
+        /// Its south-west post.
+        from: [f64; 2],
+        /// Its north-east post.
+        to: [f64; 2],
+        /// The system that the caller named.
+        crs: String,
+    },
     /// The raster is said to have degrees, but lies on a plane.
     #[error(
         "{}: is said to lie in {crs}, whose coordinates are degrees, but reaches from {} {} to {} {}, which are no longitudes and latitudes; leave the system out, or name the one in metres that it lies in, such as EPSG:25832",

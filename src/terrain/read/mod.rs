@@ -68,6 +68,12 @@ pub fn read(path: &Path, options: &Options) -> Result<Raster, ReadError> {
             to,
             crs,
         }),
+        Units::Degrees if !has_degrees(&crs) => Err(ReadError::UnknownSystem {
+            path,
+            from,
+            to,
+            crs,
+        }),
         Units::Metres if has_degrees(&crs) => Err(ReadError::NoDegrees {
             path,
             from,
