@@ -10,11 +10,14 @@
 //! END
 //! wrk -t1 -c16 -d5 -s target/post.lua http://127.0.0.1:8099/baseline
 //! wrk -t1 -c16 -d5 -s target/post.lua http://127.0.0.1:8099/collections/demo/visible
+//! oha -c 16 -z 5s -m POST -D target/http_baseline.json -H 'Content-Type: application/json' \
+//!     http://127.0.0.1:8099/baseline
 //! ```
 //!
 //! The request, printed and written to `target/http_baseline.json`, has the far distance
 //! that makes 1,000 objects visible, or as near to it as can be. Alternate the two and compare
-//! medians: neighbours on the machine disturb both alike.
+//! medians: neighbours on the machine disturb both alike. The client shares the cores, so the
+//! ratio depends on it: the less it takes for itself, the more of a request is the service's.
 
 use std::sync::Arc;
 
