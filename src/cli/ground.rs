@@ -29,8 +29,9 @@ pub(super) struct GroundArgs {
     /// Set all objects on the ground, not only those whose source does not say how high they stand
     #[arg(long, conflicts_with = "output")]
     pub drape: bool,
-    /// Coordinate system of the elevation, such as EPSG:25832; goes before what the file says
-    #[arg(long, conflicts_with = "output", value_parser = system)]
+    /// Coordinate system of files that state none, such as EPSG:28992; degrees, such as EPSG:4326,
+    /// are projected to UTM. With --into, of the elevation: goes before what the file says
+    #[arg(long, value_parser = system)]
     pub crs: Option<String>,
     /// How a PNG codes heights [default: told by its reds]
     #[arg(long, conflicts_with = "output")]

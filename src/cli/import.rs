@@ -24,6 +24,7 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
         lod: args.lod.clone(),
         height: args.height.clone(),
         classes: classes(args),
+        crs: args.ground.crs.clone(),
     };
     let bar = progress::bytes();
     bar.set_message("importing");

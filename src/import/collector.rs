@@ -7,7 +7,7 @@ use compact_str::CompactString;
 
 use super::extents::Extents;
 use super::named_height::NamedHeight;
-use super::{Classes, ImportError, Imported, Place, Source};
+use super::{Classes, ImportError, Imported, Options, Place, Source, crs};
 use crate::scene::{Renamed, Scene, SceneObject};
 
 /// Something in a usable file that was changed or left out.
@@ -44,6 +44,8 @@ pub(super) struct Collector {
     found: BTreeSet<CompactString>,
     /// Ids of the current file whose objects were not taken.
     untaken: BTreeSet<CompactString>,
+    /// The system of files that state none, as the caller says.
+    told_crs: Option<String>,
     scene: Scene,
     warnings: Vec<Warning>,
     path: Arc<PathBuf>,
@@ -57,10 +59,11 @@ pub(super) struct Collector {
 }
 
 impl Collector {
-    /// For objects of these classes.
-    pub(super) fn new(classes: &Classes) -> Self {
+    /// For objects of the classes that are asked for.
+    pub(super) fn new(options: &Options) -> Self {
         Self {
-            classes: classes.clone(),
+            classes: options.classes.clone(),
+            told_crs: options.crs.as_deref().map(crs::normalised),
             ..Self::default()
         }
     }
@@ -87,6 +90,25 @@ impl Collector {
                 self.scene.crs = Some(crs.to_owned());
                 Ok(())
             }
+        }
+    }
+
+    /// The system of files that state none, as the caller says.
+    pub(super) fn told_crs(&self) -> Option<&str> {
+        self.told_crs.as_deref()
+    }
+
+    /// # Errors
+    /// [`ImportError::CrsContradicted`] where the current file states another system than the
+    /// caller does.
+    pub(super) fn contradict(&self, found: &str) -> Result<(), ImportError> {
+        match self.told_crs() {
+            Some(told) if !crs::agree(found, told) => Err(ImportError::CrsContradicted {
+                path: self.path.to_path_buf(),
+                found: found.to_owned(),
+                told: told.to_owned(),
+            }),
+            _ => Ok(()),
         }
     }
 

@@ -1,4 +1,8 @@
-//! Names of coordinate reference systems.
+//! Names of coordinate reference systems, and what positions in them are.
+
+use std::path::Path;
+
+use super::ImportError;
 
 /// Geographic systems whose longitudes and latitudes differ from WGS 84 by no more than about
 /// two metres, all over. With them those that add heights above the sea.
@@ -35,27 +39,88 @@ const NEAR_WGS84: &[&str] = &[
     "EPSG:4148", // China, Korea, Singapore, South America, South Africa
 ];
 
-/// Geographic systems of older datums, which lie up to some hundred metres beside WGS 84.
-const OLDER: &[&str] = &[
-    "EPSG:4149",
-    "EPSG:4150", // Switzerland
-    "EPSG:4230", // ED50
-    "EPSG:4265", // Italy
-    "EPSG:4267", // NAD27
-    "EPSG:4275", // France
-    "EPSG:4277", // Great Britain
-    "EPSG:4284", // Pulkovo 1942
-    "EPSG:4289", // Netherlands
-    "EPSG:4301", // Tokyo
-    "EPSG:4312", // Austria
-    "EPSG:4314", // Germany
-    "EPSG:4322", // WGS 72
-    "EPSG:4618", // SAD69
-];
+/// Units that are the metre but for a few decimetres in a city, as a share of it.
+const NEARLY: f64 = 1e-4;
 
-/// Whether positions in the system of this normalised name are degrees.
-pub(super) fn is_geographic(crs: &str) -> bool {
-    is_near_wgs84(crs) || OLDER.contains(&crs)
+/// What positions in a system are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Longitude and latitude.
+    Degrees,
+    Metres,
+    /// In a plane too, but in this unit.
+    Other(String),
+    /// Metres along three axes from the middle of the earth.
+    EarthCentred,
+    /// Of this system nothing is known here.
+    Unknown,
+}
+
+/// What positions in the system of this normalised name are.
+pub(super) fn kind(crs: &str) -> Kind {
+    if is_near_wgs84(crs) {
+        return Kind::Degrees;
+    }
+    let Some(definition) = definition(crs) else {
+        return Kind::Unknown;
+    };
+    let value = |key: &str| {
+        let mut words = definition.split_whitespace();
+        words.find_map(|word| word.strip_prefix(key))
+    };
+    let to_metre = value("+to_meter=").and_then(|number| number.parse::<f64>().ok());
+    match (value("+proj="), to_metre, value("+units=")) {
+        (Some("longlat"), ..) => Kind::Degrees,
+        (Some("geocent"), ..) => Kind::EarthCentred,
+        (_, Some(metres), _) if (metres - 1.0).abs() > NEARLY => {
+            Kind::Other(format!("units of {metres} m"))
+        }
+        (_, None, Some("us-ft")) => Kind::Other("US survey feet".into()),
+        (_, None, Some("ft")) => Kind::Other("feet".into()),
+        (_, None, Some(unit)) if unit != "m" => Kind::Other(format!("units named {unit}")),
+        _ => Kind::Metres,
+    }
+}
+
+/// The horizontal part of a system as PROJ writes it, of an EPSG code that is known here.
+fn definition(crs: &str) -> Option<String> {
+    let code = crs.strip_prefix("EPSG:")?.parse().ok()?;
+    let words = crs_definitions::from_code(code)?.proj4.split_whitespace();
+    let horizontal: Vec<&str> = words.filter(|word| !word.starts_with("+vunits")).collect();
+    Some(horizontal.join(" "))
+}
+
+/// Whether positions in one are positions in the other: the same name, the same horizontal part,
+/// or degrees that can be read as those of WGS 84.
+pub(super) fn agree(a: &str, b: &str) -> bool {
+    a == b
+        || (is_near_wgs84(a) && is_near_wgs84(b))
+        || definition(a).is_some_and(|a| definition(b).as_ref() == Some(&a))
+}
+
+/// What is said of degrees of an older datum.
+pub(super) fn older(crs: &str) -> String {
+    format!(
+        "longitudes and latitudes of {crs} are read as those of WGS 84; places may be off by some \
+         hundred metres, reproject the file to EPSG:4326 to be exact"
+    )
+}
+
+/// Why a file cannot be used whose positions are lengths, but not metres in a plane.
+pub(super) fn refusal(path: &Path, crs: &str, what: &str, way_out: &str) -> ImportError {
+    ImportError::Unsupported {
+        path: path.to_owned(),
+        feature: format!("{crs}, whose coordinates {what}"),
+        way_out: way_out.to_owned(),
+    }
+}
+
+/// What is said of a system of which nothing is known.
+pub(super) fn unknown(crs: &str) -> String {
+    format!(
+        "nothing is known here of the system {crs}; coordinates are taken as metres: if they are \
+         in another unit or in degrees, reproject the file to a system in metres with an EPSG code"
+    )
 }
 
 /// Whether its degrees can be read as those of WGS 84.
@@ -90,7 +155,7 @@ fn is_word(part: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::normalised;
+    use super::{Kind, agree, kind, normalised};
 
     #[test]
     fn names_are_normalised() {
@@ -106,6 +171,41 @@ mod tests {
             ("", ""),
         ] {
             assert_eq!(normalised(given), expected, "{given:?}");
+        }
+    }
+
+    #[test]
+    fn what_positions_are_is_known_by_the_code() {
+        for (crs, expected) in [
+            ("EPSG:4326", Kind::Degrees),
+            ("OGC:CRS84", Kind::Degrees),
+            ("EPSG:6697", Kind::Degrees), // with heights
+            ("EPSG:4123", Kind::Degrees), // an older datum
+            ("EPSG:28992", Kind::Metres),
+            ("EPSG:7415", Kind::Metres), // with heights
+            ("EPSG:2056", Kind::Metres),
+            ("EPSG:2263", Kind::Other("US survey feet".into())),
+            ("EPSG:2222", Kind::Other("feet".into())),
+            ("EPSG:4978", Kind::EarthCentred),
+            ("EPSG:1", Kind::Unknown),
+            ("EPSG:999999", Kind::Unknown),
+            ("our own grid", Kind::Unknown),
+        ] {
+            assert_eq!(kind(crs), expected, "{crs}");
+        }
+    }
+
+    #[test]
+    fn names_of_one_plane_agree() {
+        for (a, b, expected) in [
+            ("our own grid", "our own grid", true),
+            ("EPSG:7415", "EPSG:28992", true),
+            ("EPSG:4326", "OGC:CRS84", true),
+            ("EPSG:28992", "EPSG:2056", false),
+            ("our own grid", "EPSG:2056", false),
+            ("our own grid", "their own grid", false),
+        ] {
+            assert_eq!(agree(a, b), expected, "{a} {b}");
         }
     }
 }

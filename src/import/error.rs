@@ -97,6 +97,36 @@ pub enum ImportError {
         /// The system of the files before it.
         expected: String,
     },
+    /// A file states another system than the caller does.
+    #[error(
+        "{}: states that it lies in {found}, but --crs says {told}; leave --crs out to take its word, or correct the file",
+        path.display()
+    )]
+    CrsContradicted {
+        /// The file.
+        path: PathBuf,
+        /// The system that it states.
+        found: String,
+        /// The one that the caller states.
+        told: String,
+    },
+    /// The positions of a file are to be degrees, and are none.
+    #[error(
+        "{}: positions such as {x}, {y} are no longitude and latitude, as {crs} would have them; {way_out}",
+        path.display()
+    )]
+    NoDegrees {
+        /// The file.
+        path: PathBuf,
+        /// The first of its positions.
+        x: f64,
+        /// The same.
+        y: f64,
+        /// The system.
+        crs: String,
+        /// What the user can do.
+        way_out: &'static str,
+    },
     /// A class that was asked for, or asked to be left out, is that of no object.
     #[error("no object is of the class {class:?}; the classes of the files are {found}")]
     NoSuchClass {

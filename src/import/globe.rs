@@ -1,6 +1,6 @@
 //! Whether positions are earth-centred, and where on the globe they are.
 
-use super::geojson::Zone;
+use super::utm::Zone;
 use crate::geom::DVec3;
 
 /// Semi-major axis of the WGS 84 ellipsoid, m. Source: EPSG:7030.

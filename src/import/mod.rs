@@ -18,9 +18,11 @@ mod gltf;
 mod json;
 mod named_height;
 mod obj;
+mod placing;
 mod shape;
 mod source;
 mod tilt;
+mod utm;
 
 use std::path::PathBuf;
 
@@ -54,6 +56,8 @@ pub struct Options {
     pub height: Option<String>,
     /// Which classes of objects are taken over; default: all.
     pub classes: Classes,
+    /// System of the files that do not state one, e.g. `EPSG:28992`; degrees are projected to UTM.
+    pub crs: Option<String>,
 }
 
 /// Called with the bytes read so far (as they lie on disk) and their total.
@@ -105,14 +109,15 @@ impl Options {
 ///
 /// # Errors
 /// [`ImportError`], naming the file and the place in it, when a file cannot be read at all or the
-/// files do not share a coordinate reference system, or cannot, or where there is no object of a
+/// files do not share a coordinate reference system, or cannot, or state another than the caller
+/// does, or where there is no object of a
 /// class, or no feature with a height, that is named. No partial scene is returned.
 pub fn import(
     files: &[PathBuf],
     options: &Options,
     progress: &Progress,
 ) -> Result<Imported, ImportError> {
-    let mut collector = Collector::new(&options.classes);
+    let mut collector = Collector::new(options);
     let total = files
         .iter()
         .map(|f| f.metadata().map_or(0, |m| m.len()))

@@ -8,11 +8,12 @@
 mod lines;
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use compact_str::{CompactString, format_compact};
 
 use super::collector::Collector;
+use super::placing::Placing;
 use super::shape::Shape;
 use super::source::Source;
 use super::{ImportError, Options, Place, Up};
@@ -21,6 +22,8 @@ use crate::geom::DVec3;
 use lines::{Line, lines};
 
 const CLASS: CompactString = CompactString::const_new("Building");
+
+const REPROJECT: &str = "reproject the file to a system in metres";
 
 /// Statements that say nothing of where an object lies.
 const IGNORED: [&[u8]; 17] = [
@@ -50,12 +53,14 @@ pub(super) fn read(
     report: &dyn Fn(u64),
 ) -> Result<(), ImportError> {
     let text = source.bytes(report)?;
-    let survey = Survey::of(&text, options.up.unwrap_or(Up::Z), source.path())?;
+    let mut survey = Survey::of(&text, options.up.unwrap_or(Up::Z), source.path())?;
     if survey.vertices.is_empty() {
         let reason = "holds no vertex (`v x y z`)";
         return Err(ImportError::malformed(source.path(), Place::File, reason));
     }
-    let mut objects = Objects::new(&survey.vertices, source.path(), collector);
+    let mut placing = Placing::of(None, Place::File, REPROJECT, collector)?;
+    placing.place(&mut survey.vertices, collector)?;
+    let mut objects = Objects::new(&survey.vertices, placing.fault(), collector);
     for line in lines(&text) {
         objects.line(&line, survey.separator)?;
     }
@@ -122,7 +127,9 @@ fn turned(v: DVec3, up: Up) -> DVec3 {
 /// The second pass: one object after the other.
 struct Objects<'a> {
     vertices: &'a [DVec3],
-    path: &'a Path,
+    path: PathBuf,
+    /// What is wrong with vertices that are left out.
+    fault: String,
     collector: &'a mut Collector,
     shape: Shape,
     /// How many vertices lie above the current line: what negative indices count from.
@@ -137,10 +144,11 @@ struct Objects<'a> {
 }
 
 impl<'a> Objects<'a> {
-    fn new(vertices: &'a [DVec3], path: &'a Path, collector: &'a mut Collector) -> Self {
+    fn new(vertices: &'a [DVec3], fault: String, collector: &'a mut Collector) -> Self {
         Self {
             vertices,
-            path,
+            path: collector.path().to_owned(),
+            fault,
             collector,
             shape: Shape::default(),
             above: 0,
@@ -171,7 +179,7 @@ impl<'a> Objects<'a> {
         for word in line.words() {
             let index = self
                 .index(word)
-                .map_err(|reason| ImportError::malformed(self.path, line.place(word), reason))?;
+                .map_err(|reason| ImportError::malformed(&self.path, line.place(word), reason))?;
             if self.taken_by[index] != self.number {
                 self.taken_by[index] = self.number;
                 self.shape.vertex(self.vertices[index]);
@@ -181,7 +189,7 @@ impl<'a> Objects<'a> {
         if count < at_least {
             let what = String::from_utf8_lossy(line.keyword());
             let reason = format!("`{what}` names {count} vertices; expected at least {at_least}");
-            return Err(ImportError::malformed(self.path, line.end(), reason));
+            return Err(ImportError::malformed(&self.path, line.end(), reason));
         }
         if at_least == 3 {
             self.shape.triangles(count as u64 - 2);
@@ -241,9 +249,12 @@ impl<'a> Objects<'a> {
         let what = match (&object, not_finite) {
             (Some(_), 0) => None,
             (Some(_), _) => Some(format!(
-                "{not_finite} vertices that are not finite are left out"
+                "{not_finite} vertices that are {} are left out",
+                self.fault
             )),
-            (None, _) if has_elements => Some("none of its vertices is finite; left out".into()),
+            (None, _) if has_elements => {
+                Some(format!("all its vertices are {}; left out", self.fault))
+            }
             (None, _) => Some("has no face, line or point; left out".into()),
         };
         if let Some(what) = what {

@@ -316,10 +316,16 @@ fn doubts_about_where_a_file_lies_are_warnings() {
     let ring = "[[[0.001,50],[0.002,50],[0.002,50.001],[0.001,50]]]";
     let crs = r#"{"crs":{"type":"name","properties":{"name":"EPSG:CODE"}},"type":"FeatureCollection","features":["#;
     let text = |code: &str| crs.replace("CODE", code) + &feature("{\"h\":1}", ring) + "]}";
-    for (code, words) in [("9999", "look like degrees"), ("4267", "WGS 84")] {
+    for (code, told) in [
+        ("9999", &["nothing is known here", "look like degrees"][..]),
+        ("28992", &["look like degrees"]),
+        ("4267", &["WGS 84"]),
+    ] {
         let imported = import_content("x.geojson", text(code).as_bytes()).unwrap();
-        assert_eq!(imported.warnings.len(), 1, "{code}");
-        assert!(imported.warnings[0].what.contains(words), "{code}");
+        assert_eq!(imported.warnings.len(), told.len(), "{code}");
+        for (warning, words) in imported.warnings.iter().zip(told) {
+            assert!(warning.what.contains(words), "{code}");
+        }
     }
     let bare = fixture("obj/bare.obj");
     let stated = fixture("cityjson/solid.city.json");

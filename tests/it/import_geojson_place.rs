@@ -163,7 +163,7 @@ fn a_crs_behind_features_that_were_read_otherwise_is_told_of() {
     );
     // Degrees of a system that is not known here would be taken as metres if it came before them.
     assert_warnings(
-        &between("", &degrees, "EPSG:4123").unwrap(),
+        &between("", &degrees, "EPSG:9999").unwrap(),
         &[behind(
             "move it before them if they are metres; if they are degrees, leave it out",
         )],

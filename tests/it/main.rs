@@ -31,6 +31,8 @@ mod import_broken_json;
 mod import_cityjson;
 /// Classes of objects that are chosen or left out.
 mod import_classes;
+/// The system of a city: told by the caller, known by its code, of no use, contradicted.
+mod import_crs;
 /// `GeoJSON`: the same, and that memory does not follow the file.
 mod import_geojson;
 /// `GeoJSON`: where a file lies that does not say so, or says so late.

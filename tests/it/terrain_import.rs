@@ -154,7 +154,7 @@ fn ground_that_cannot_be_is_refused_and_the_old_kept() {
             &["cannot be used with"],
         ),
         (
-            "import c.obj -o a.citylod --crs EPSG:1",
+            "import c.obj -o a.citylod --bounds 1,2,3,4",
             2,
             &["cannot be used with"],
         ),

@@ -10,10 +10,11 @@ use super::family::CityObject;
 use super::lod::Lod;
 use super::template::Templates;
 use crate::geom::DVec3;
-use crate::import::Place;
 use crate::import::collector::Collector;
 use crate::import::json::pointer;
+use crate::import::placing::Placing;
 use crate::import::shape::Shape;
+use crate::import::{ImportError, Place};
 
 /// The class of a city object that does not say what it is.
 const CLASS: &str = "GenericCityObject";
@@ -29,6 +30,7 @@ pub(super) struct Objects {
     /// An object has the level asked for.
     has_asked: bool,
     templates: Templates,
+    pub(super) placing: Placing,
     /// In scene coordinates.
     vertices: Vec<DVec3>,
     /// The last object that took each vertex; every face of a solid names it again.
@@ -71,6 +73,11 @@ impl Objects {
         Ok(())
     }
 
+    /// Brings the vertices into scene coordinates.
+    pub(super) fn place(&mut self, collector: &mut Collector) -> Result<(), ImportError> {
+        self.placing.place(&mut self.vertices, collector)
+    }
+
     /// Hands over the object made of `root` and its `members`, or a warning that there is none.
     pub(super) fn add<'a, 'b: 'a>(
         &mut self,
@@ -86,7 +93,11 @@ impl Objects {
         }
         self.has_asked |= tally.taken > 0;
         if self.shape.not_finite() > 0 {
-            let what = format!("vertices not finite: {}; left out", self.shape.not_finite());
+            let what = format!(
+                "vertices {}: {}; left out",
+                self.placing.fault(),
+                self.shape.not_finite()
+            );
             warn(root, root.pointer(), what, collector);
         }
         if root.class.is_none() {

@@ -21,12 +21,16 @@ use serde_json::error::Category;
 
 use super::collector::Collector;
 use super::json::{Splitter, reason};
+use super::placing::Placing;
 use super::source::Source;
 use super::{ImportError, Options, Place, crs};
 use document::{Document, Transform};
 use family::Family;
 use geometry::Objects;
 use template::Templates;
+
+const REPROJECT: &str = "reproject the file to a system in metres, for one with \
+     `cjio FILE crs_reproject CODE save NEW`";
 
 pub(super) fn read(
     source: &Source,
@@ -45,19 +49,10 @@ pub(super) fn read(
     let end = stream.value_end(0)?;
     let document = parse(&stream, end)?;
     let mut city = City::open(&stream, &document, options)?;
-    if let Some(name) = document.reference_system() {
-        let crs = crs::normalised(&name);
-        if crs::is_geographic(&crs) {
-            return Err(ImportError::Unsupported {
-                path: source.path().to_owned(),
-                feature: format!("{crs}, whose coordinates are degrees"),
-                way_out: "reproject the file to a system in metres, for one with \
-                          `cjio FILE crs_reproject CODE save NEW`"
-                    .into(),
-            });
-        }
-        collector.crs(&crs)?;
-    }
+    let found = document.reference_system();
+    let found = found.map(|name| crs::normalised(&name));
+    let place = Place::Pointer("/metadata/referenceSystem".into());
+    city.made.placing = Placing::of(found.as_deref(), place, REPROJECT, collector)?;
     city.objects(&stream, &document, collector)?;
     drop(document);
     stream.consume(end);
@@ -163,6 +158,7 @@ impl City {
         self.made
             .vertices(document.vertices, &self.transform)
             .map_err(|(pointer, reason)| at_pointer(stream, &pointer, reason))?;
+        self.made.place(collector)?;
         let family = Family::of(entries, collector);
         for (root, members) in family.groups() {
             self.made.add(root, members, collector);

@@ -7,9 +7,9 @@ use serde_json::value::RawValue;
 use super::properties::{self, Height, Properties};
 use super::rings::{MULTI_POLYGON_DEPTH, POLYGON_DEPTH, Rings};
 use super::system::System;
-use super::utm::FARTHEST_DEG;
 use crate::import::collector::Collector;
 use crate::import::shape::Shape;
+use crate::import::utm::FARTHEST_DEG;
 use crate::import::{ImportError, Options, Place};
 
 const CLASS: &str = "Building";

@@ -6,7 +6,8 @@
 //!
 //! - Longitude and latitude are projected to one zone of UTM: that of the files before, else that
 //!   of the first position. A file whose `crs` names a projected system, or whose first position
-//!   cannot be degrees, is taken to hold metres; where it names none, with a warning. Features over
+//!   cannot be degrees, is taken to hold metres; where it names none, with a warning. One that
+//!   names a system in feet or an earth-centred one is refused. Features over
 //!   15 degrees from the zone or from the latitude of the first one near it are left out; where
 //!   those are more than are kept, the file is refused.
 //! - A footprint stands on its lowest z, else on 0 with its base marked as not known, and rises by
@@ -23,7 +24,6 @@ mod feature;
 mod properties;
 mod rings;
 mod system;
-mod utm;
 
 use serde::Deserialize;
 use serde_json::error::Category;
@@ -34,7 +34,6 @@ use super::source::Source;
 use super::{ImportError, Options, Place, crs};
 use feature::{Features, Rejected};
 pub use properties::lift_m;
-pub(super) use utm::Zone;
 
 /// No feature of a city is larger; one that is would take all memory.
 const LARGEST_FEATURE_BYTES: usize = 256 << 20;
@@ -47,6 +46,7 @@ pub(super) fn read(
 ) -> Result<(), ImportError> {
     let mut stream = Splitter::new(source, report, LARGEST_FEATURE_BYTES)?;
     let mut features = Features::new(options, collector);
+    features.system.tell(features.collector)?;
     let mut empty = true;
     loop {
         let start = stream.skip_space(0)?;

@@ -1,7 +1,11 @@
-use super::utm::{FARTHEST_DEG, Utm, Zone, is_lon_lat};
 use crate::geom::DVec3;
 use crate::import::collector::Collector;
+use crate::import::crs::Kind;
+use crate::import::utm::{Utm, is_lon_lat};
 use crate::import::{ImportError, Place, crs};
+
+const REPROJECT: &str = "reproject the file to longitudes and latitudes, for one with \
+     `ogr2ogr -t_srs EPSG:4326 NEW.geojson FILE`";
 
 /// No footprint in metres is smaller than this along both axes.
 const SMALLEST_M: f64 = 0.1;
@@ -9,11 +13,11 @@ const SMALLEST_M: f64 = 0.1;
 const WIDEST_DEG: f64 = 1.0;
 
 const AS_METRES: &str = "no coordinate reference system is given, and positions are no longitudes \
-     and latitudes; they are taken as metres: name their system in a member crs, or reproject the \
-     file to longitudes and latitudes";
+     and latitudes; they are taken as metres: name their system with --crs or in a member crs, or \
+     reproject the file to longitudes and latitudes";
 const AS_DEGREES: &str = "no coordinate reference system is given, and positions are taken as \
      longitudes and latitudes, but the first footprint is over a degree wide; if they are metres, \
-     name their system in a member crs before the features";
+     name their system with --crs or in a member crs before the features";
 
 /// How the positions of one file become scene coordinates, settled by the file's `crs` member
 /// (of `GeoJSON` before RFC 7946) or else by its first position.
@@ -38,25 +42,38 @@ pub(super) enum System {
 }
 
 impl System {
+    /// The caller names it.
+    pub(super) fn tell(&mut self, collector: &mut Collector) -> Result<(), ImportError> {
+        match collector.told_crs().map(ToOwned::to_owned) {
+            Some(crs) => self.become_one_of(&crs, Place::File, collector),
+            None => Ok(()),
+        }
+    }
+
     /// A `crs` member names it.
     pub(super) fn state(
         &mut self,
         crs: &str,
         collector: &mut Collector,
     ) -> Result<(), ImportError> {
-        if !crs::is_geographic(crs) {
-            collector.crs(crs)?;
-            *self = Self::Stated(crs.to_owned());
+        collector.contradict(crs)?;
+        if collector.told_crs().is_some() {
             return Ok(());
         }
-        if !crs::is_near_wgs84(crs) {
-            let what = format!(
-                "longitudes and latitudes of {crs} are read as those of WGS 84; places may be off \
-                 by some hundred metres, reproject the file to EPSG:4326 to be exact"
-            );
-            collector.warn(None, Place::Pointer("/crs".into()), what);
-        }
-        if !matches!(self, Self::Utm(_)) {
+        self.become_one_of(crs, Place::Pointer("/crs".into()), collector)
+    }
+
+    /// It has this name, which stands there.
+    fn become_one_of(
+        &mut self,
+        crs: &str,
+        place: Place,
+        collector: &mut Collector,
+    ) -> Result<(), ImportError> {
+        if !in_degrees(crs, &place, collector)? {
+            collector.crs(crs)?;
+            *self = Self::Stated(crs.to_owned());
+        } else if !matches!(self, Self::Utm(_)) {
             *self = Self::LonLat { turned: false };
         }
         Ok(())
@@ -69,12 +86,18 @@ impl System {
         crs: &str,
         collector: &mut Collector,
     ) -> Result<(), ImportError> {
-        let in_degrees = crs::is_geographic(crs);
+        collector.contradict(crs)?;
+        if collector.told_crs().is_some() {
+            return Ok(());
+        }
+        let in_degrees = crs::kind(crs) == Kind::Degrees;
+        let place = Place::Pointer("/crs".into());
         let (read_as, way_out) = match self {
             Self::Unsettled | Self::LonLat { .. } | Self::Utm(_) if in_degrees => {
                 return self.state(crs, collector);
             }
             Self::Unsettled | Self::Metres { stated: false } if !in_degrees => {
+                self::in_degrees(crs, &place, collector)?;
                 collector.crs(crs)?;
                 *self = Self::Metres { stated: true };
                 return Ok(());
@@ -94,7 +117,7 @@ impl System {
                 "{crs} is stated behind the features, which were read as {read_as} before it came; \
                  it is ignored, {way_out}"
             );
-            collector.warn(None, Place::Pointer("/crs".into()), what);
+            collector.warn(None, place, what);
         }
         Ok(())
     }
@@ -145,10 +168,7 @@ impl System {
                 if matches!(self, Self::Unsettled) && !is_within(footprint, WIDEST_DEG) {
                     collector.warn(None, Place::File, AS_DEGREES);
                 }
-                let known = collector.known_crs().and_then(Zone::from_crs);
-                let zone = known.unwrap_or_else(|| Zone::of(x, y));
-                collector.crs(&zone.crs())?;
-                if let Ok(utm) = Utm::new(zone, known.is_some()) {
+                if let Some(utm) = Utm::begin([x, y], collector)? {
                     *self = Self::Utm(Box::new(utm));
                 }
             }
@@ -177,10 +197,7 @@ impl System {
     /// What is wrong with positions that have none.
     pub(super) fn fault(&self) -> String {
         match self {
-            Self::Utm(utm) => format!(
-                "not finite, off the globe or over {FARTHEST_DEG} degrees from {}",
-                utm.middle()
-            ),
+            Self::Utm(utm) => utm.fault(),
             Self::LonLat { .. } => "no longitudes and latitudes".to_owned(),
             Self::Metres { .. } | Self::Stated(_) | Self::Unsettled => "not finite".to_owned(),
         }
@@ -194,6 +211,28 @@ impl System {
             _ => None,
         }
     }
+}
+
+/// Whether positions in a system, whose name stands there, are degrees. They are lengths else.
+///
+/// # Errors
+/// [`ImportError::Unsupported`] where they are lengths, but not metres in a plane.
+fn in_degrees(crs: &str, place: &Place, collector: &mut Collector) -> Result<bool, ImportError> {
+    let refuse = |what: &str| Err(crs::refusal(collector.path(), crs, what, REPROJECT));
+    match crs::kind(crs) {
+        Kind::Other(unit) => return refuse(&format!("are in {unit}")),
+        Kind::EarthCentred => return refuse("count from the middle of the earth"),
+        Kind::Metres => return Ok(false),
+        Kind::Unknown => {
+            collector.warn(None, place.clone(), crs::unknown(crs));
+            return Ok(false);
+        }
+        Kind::Degrees => {}
+    }
+    if !crs::is_near_wgs84(crs) {
+        collector.warn(None, place.clone(), crs::older(crs));
+    }
+    Ok(true)
 }
 
 fn latitude_first(x: f64, y: f64) -> String {

@@ -16,6 +16,7 @@ mod metadata;
 mod objects;
 
 use super::collector::Collector;
+use super::placing::Placing;
 use super::source::Source;
 use super::{ImportError, Options, Place, Up};
 
@@ -71,7 +72,9 @@ pub(super) fn read(
     if placed.iter().all(|p| document.nodes[p.node].mesh.is_none()) {
         collector.warn(None, Place::File, "no node of the scene has a mesh");
     }
-    let mut objects = Objects::new(reader, collector);
+    let way_out = "reproject the file to a system in metres";
+    let placing = Placing::of(None, Place::File, way_out, collector)?;
+    let mut objects = Objects::new(reader, placing, collector);
     placed.iter().try_for_each(|placed| objects.node(placed))
 }
 

@@ -12,7 +12,9 @@ use super::graph::Placed;
 use super::instances::Instances;
 use super::mesh::{Gathered, Part};
 use super::metadata::{Row, Tables};
+use crate::geom::DVec3;
 use crate::import::collector::Collector;
+use crate::import::placing::Placing;
 use crate::import::shape::Shape;
 use crate::import::{ImportError, Place};
 
@@ -29,6 +31,9 @@ pub(super) struct Objects<'a, 'c> {
     collector: &'c mut Collector,
     gathered: Gathered,
     tables: Tables<'a>,
+    placing: Placing,
+    /// Of one part, in scene coordinates.
+    positions: Vec<DVec3>,
     shape: Shape,
     count: u64,
 }
@@ -42,12 +47,14 @@ struct Common {
 }
 
 impl<'a, 'c> Objects<'a, 'c> {
-    pub(super) fn new(reader: Reader<'a>, collector: &'c mut Collector) -> Self {
+    pub(super) fn new(reader: Reader<'a>, placing: Placing, collector: &'c mut Collector) -> Self {
         Self {
             reader,
             collector,
             gathered: Gathered::default(),
             tables: Tables::default(),
+            placing,
+            positions: Vec::new(),
             shape: Shape::default(),
             count: 0,
         }
@@ -134,7 +141,7 @@ impl<'a, 'c> Objects<'a, 'c> {
             let has_geometry = !self.gathered.parts[part].points.is_empty();
             if has_geometry || !is_split {
                 let row = self.row(part, &name)?;
-                self.part(part, row, &name, common, attributes.clone(), transform);
+                self.part(part, row, &name, common, attributes.clone(), transform)?;
             }
         }
         Ok(())
@@ -169,7 +176,7 @@ impl<'a, 'c> Objects<'a, 'c> {
         common: &Common,
         attributes: Option<Box<RawValue>>,
         transform: DMat4,
-    ) {
+    ) -> Result<(), ImportError> {
         let Part {
             feature,
             points,
@@ -177,8 +184,14 @@ impl<'a, 'c> Objects<'a, 'c> {
         } = &self.gathered.parts[part];
         self.shape.clear();
         self.shape.triangles(*triangles);
-        for point in points {
-            self.shape.vertex(transform.transform_point3(*point));
+        self.positions.clear();
+        let placed = points
+            .iter()
+            .map(|&point| transform.transform_point3(point));
+        self.positions.extend(placed);
+        self.placing.place(&mut self.positions, self.collector)?;
+        for &position in &self.positions {
+            self.shape.vertex(position);
         }
         let id = row.id.unwrap_or_else(|| match feature {
             Some(feature) => format_compact!("{name}/{}", feature.id),
@@ -191,10 +204,14 @@ impl<'a, 'c> Objects<'a, 'c> {
         let what = match (&object, not_finite) {
             (Some(_), 0) => None,
             (Some(_), _) => Some(format!(
-                "{not_finite} vertices that are not finite are left out"
+                "{not_finite} vertices that are {} are left out",
+                self.placing.fault()
             )),
             (None, 0) => Some("has no vertices; left out".to_owned()),
-            (None, _) => Some("none of its vertices is finite; left out".to_owned()),
+            (None, _) => Some(format!(
+                "all its vertices are {}; left out",
+                self.placing.fault()
+            )),
         };
         if let Some(what) = what {
             let place = Place::Pointer(common.place.clone());
@@ -203,6 +220,7 @@ impl<'a, 'c> Objects<'a, 'c> {
         if let Some(object) = object {
             self.collector.object(object);
         }
+        Ok(())
     }
 }
 

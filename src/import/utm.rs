@@ -1,5 +1,10 @@
+//! Longitude and latitude → metres in one zone of UTM.
+
 use proj4rs::Proj;
 use proj4rs::transform::transform;
+
+use super::ImportError;
+use super::collector::Collector;
 
 /// Cells a degree, along longitude and along latitude.
 const CELLS_PER_DEGREE: f64 = 100.0;
@@ -38,14 +43,14 @@ struct Cell {
 
 /// Numbers of the system `EPSG:326zz` (north) or `EPSG:327zz` (south).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::import) struct Zone {
+pub(super) struct Zone {
     number: u8,
     south: bool,
 }
 
 impl Zone {
     /// The zone of a position; the exceptions around Norway and Svalbard are not made.
-    pub(in crate::import) fn of(longitude: f64, latitude: f64) -> Self {
+    pub(super) fn of(longitude: f64, latitude: f64) -> Self {
         Self {
             number: ((longitude + 180.0) / 6.0).floor().clamp(0.0, 59.0) as u8 + 1,
             south: latitude < 0.0,
@@ -67,13 +72,33 @@ impl Zone {
         f64::from(self.number) * 6.0 - 183.0
     }
 
-    pub(in crate::import) fn crs(self) -> String {
+    pub(super) fn crs(self) -> String {
         let family = if self.south { 327 } else { 326 };
         format!("EPSG:{family}{:02}", self.number)
     }
 }
 
 impl Utm {
+    /// Of a file with its first position there: in the zone of the files before, else in that of
+    /// the position.
+    pub(super) fn begin(
+        [longitude, latitude]: [f64; 2],
+        collector: &mut Collector,
+    ) -> Result<Option<Self>, ImportError> {
+        let known = collector.known_crs().and_then(Zone::from_crs);
+        let zone = known.unwrap_or_else(|| Zone::of(longitude, latitude));
+        collector.crs(&zone.crs())?;
+        Ok(Self::new(zone, known.is_some()).ok())
+    }
+
+    /// What is wrong with positions that have no place.
+    pub(super) fn fault(&self) -> String {
+        format!(
+            "not finite, off the globe or over {FARTHEST_DEG} degrees from {}",
+            self.middle()
+        )
+    }
+
     /// `is_given` says that the zone is that of the files before.
     pub(super) fn new(zone: Zone, is_given: bool) -> Result<Self, proj4rs::errors::Error> {
         let south = if zone.south { " +south" } else { "" };
