@@ -7,7 +7,7 @@ use compact_str::CompactString;
 
 use super::extents::Extents;
 use super::named_height::NamedHeight;
-use super::{Classes, ImportError, Imported, Options, Place, Source, crs};
+use super::{Classes, ImportError, Imported, Options, Place, Source, crs, sense};
 use crate::scene::{Renamed, Scene, SceneObject};
 
 /// Something in a usable file that was changed or left out.
@@ -48,6 +48,8 @@ pub(super) struct Collector {
     told_crs: Option<String>,
     scene: Scene,
     warnings: Vec<Warning>,
+    /// Those about the objects of a file as a whole.
+    overall: Vec<Warning>,
     path: Arc<PathBuf>,
     /// Whether features have the height that the caller names.
     pub(super) named_height: NamedHeight,
@@ -69,12 +71,16 @@ impl Collector {
     }
 
     /// The next objects come from this file.
-    pub(super) fn begin(&mut self, source: &Source) {
-        self.end_file();
+    ///
+    /// # Errors
+    /// [`ImportError::LooksLikeDegrees`], of the file before.
+    pub(super) fn begin(&mut self, source: &Source) -> Result<(), ImportError> {
+        self.end_file()?;
         self.path = Arc::new(source.path().to_owned());
         self.files.begin(Arc::clone(&self.path));
         self.warned_before = self.warnings.len();
         self.taken_before = self.scene.objects.len();
+        Ok(())
     }
 
     /// The objects of the current file lie in this system.
@@ -172,8 +178,9 @@ impl Collector {
         self.warnings.insert(first, warning);
     }
 
-    /// Forgets what was said of objects of the current file that were not taken.
-    fn end_file(&mut self) {
+    /// Forgets what was said of objects of the current file that were not taken, and looks at those
+    /// that were.
+    fn end_file(&mut self) -> Result<(), ImportError> {
         let mut untaken = std::mem::take(&mut self.untaken);
         for taken in &self.scene.objects[self.taken_before..] {
             untaken.remove(&taken.id); // ids may repeat
@@ -184,17 +191,47 @@ impl Collector {
             None => true,
         };
         self.warnings.extend(said.into_iter().filter(holds));
+        self.look_over()
+    }
+
+    /// Whether the objects of the current file make sense together.
+    fn look_over(&mut self) -> Result<(), ImportError> {
+        let objects = &self.scene.objects[self.taken_before..];
+        let degrees = match (sense::degrees(objects), &self.scene.crs) {
+            (None, _) => None,
+            _ if self.files.is_suspected() => None, // it is told already
+            (Some(degrees), Some(crs)) if self.files.is_stated() => Some(degrees.of_stated(crs)),
+            (Some(degrees), _) if degrees.surely => {
+                return Err(ImportError::LooksLikeDegrees {
+                    path: self.path.to_path_buf(),
+                    what: degrees.of_unstated(),
+                });
+            }
+            (Some(degrees), _) => Some(degrees.of_unstated()),
+        };
+        let doubts = [degrees, sense::strays(objects), sense::tall(objects)];
+        let told = doubts.into_iter().flatten().map(|what| Warning {
+            path: Arc::clone(&self.path),
+            object: None,
+            place: Place::File,
+            what,
+        });
+        self.overall.extend(told);
+        Ok(())
     }
 
     /// # Errors
-    /// [`ImportError::NoSuchClass`], [`ImportError::FarApart`].
+    /// [`ImportError::NoSuchClass`], [`ImportError::FarApart`],
+    /// [`ImportError::LooksLikeDegrees`].
     pub(super) fn finish(mut self) -> Result<Imported, ImportError> {
-        self.end_file();
+        self.end_file()?;
         self.classes.check(&self.found)?;
         let doubts = self.files.doubts(self.scene.crs.as_deref())?;
         let tilted = self.files.tilted();
         // First, where no number of other warnings hides them.
-        self.warnings.splice(0..0, tilted.chain(doubts));
+        let overall = std::mem::take(&mut self.overall);
+        let first = tilted.chain(doubts).chain(overall);
+        self.warnings.splice(0..0, first);
         let renamed = if self.ids_repeat() {
             self.scene.canonicalize()
         } else {

@@ -127,6 +127,14 @@ pub enum ImportError {
         /// What the user can do.
         way_out: &'static str,
     },
+    /// A file states no system and holds degrees, which would be taken as metres.
+    #[error("{}: {what}", path.display())]
+    LooksLikeDegrees {
+        /// The file.
+        path: PathBuf,
+        /// What shows it, and what the user can do.
+        what: String,
+    },
     /// A class that was asked for, or asked to be left out, is that of no object.
     #[error("no object is of the class {class:?}; the classes of the files are {found}")]
     NoSuchClass {

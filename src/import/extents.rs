@@ -8,7 +8,7 @@ use super::{ImportError, Place, Warning, globe};
 use crate::geom::{Aabb, DVec3};
 
 /// Files that lie farther apart than this are worth a word, m.
-const FAR_M: f64 = 10_000.0;
+pub(super) const FAR_M: f64 = 10_000.0;
 /// Files that lie farther apart than this are no city, m.
 const TOO_FAR_M: f64 = 100_000.0;
 
@@ -53,6 +53,16 @@ impl Extents {
         if let Some(file) = self.0.last_mut() {
             file.stated = true;
         }
+    }
+
+    /// Whether it does.
+    pub(super) fn is_stated(&self) -> bool {
+        self.0.last().is_some_and(|file| file.stated)
+    }
+
+    /// Whether something looks wrong with its positions and is told.
+    pub(super) fn is_suspected(&self) -> bool {
+        self.0.last().is_some_and(|file| file.suspected.is_some())
     }
 
     /// The current file does not say so yet: what is to be said of it if it never does.

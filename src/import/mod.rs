@@ -19,6 +19,7 @@ mod json;
 mod named_height;
 mod obj;
 mod placing;
+mod sense;
 mod shape;
 mod source;
 mod tilt;
@@ -128,7 +129,7 @@ pub fn import(
         let source = Source::open(path)?;
         let size = source.size_on_disk();
         let report = |read: u64| progress(done + read.min(size), total);
-        collector.begin(&source);
+        collector.begin(&source)?;
         formats.push(source.format());
         match source.format() {
             Format::Gltf => gltf::read(&source, options, &mut collector, &report),

@@ -317,7 +317,7 @@ fn doubts_about_where_a_file_lies_are_warnings() {
     let crs = r#"{"crs":{"type":"name","properties":{"name":"EPSG:CODE"}},"type":"FeatureCollection","features":["#;
     let text = |code: &str| crs.replace("CODE", code) + &feature("{\"h\":1}", ring) + "]}";
     for (code, told) in [
-        ("9999", &["nothing is known here", "look like degrees"][..]),
+        ("9999", &["look like degrees", "nothing is known here"][..]),
         ("28992", &["look like degrees"]),
         ("4267", &["WGS 84"]),
     ] {

@@ -67,6 +67,7 @@ fn each_o_is_an_object_in_full_precision() {
     assert_eq!(
         warned,
         [
+            (None, Place::File), // the first lies far from the others
             (Some("only vertices"), Place::Line(13, 1)),
             (Some("Rathaus Süd"), Place::Line(18, 1)),
             (Some("Rathaus Süd"), Place::File), // its id repeats

@@ -43,6 +43,8 @@ mod import_gltf;
 mod import_gltf_malformed;
 /// OBJ becomes the objects and bounds that the file states; broken files name line and column.
 mod import_obj;
+/// Cities whose sizes and places cannot be: degrees taken as metres, strays, houses of kilometres.
+mod import_sense;
 /// Several files at once: whether they can be one city, and what is told once and not of each object.
 mod import_several;
 /// What goes into a tree comes back out of its file, whatever it is.

@@ -32,8 +32,6 @@ pub(super) enum System {
     },
     /// Longitude and latitude, projected.
     Utm(Box<Utm>),
-    /// The file names a system that is taken to be in metres.
-    Stated(String),
     /// Metres, taken as they are.
     Metres {
         /// The file names their system.
@@ -72,7 +70,7 @@ impl System {
     ) -> Result<(), ImportError> {
         if !in_degrees(crs, &place, collector)? {
             collector.crs(crs)?;
-            *self = Self::Stated(crs.to_owned());
+            *self = Self::Metres { stated: true };
         } else if !matches!(self, Self::Utm(_)) {
             *self = Self::LonLat { turned: false };
         }
@@ -108,9 +106,7 @@ impl System {
                 "move it before them if they are metres; if they are degrees, leave it out or \
                  reproject the file to EPSG:4326",
             ),
-            Self::Unsettled | Self::Stated(_) | Self::Metres { .. } => {
-                ("metres", "move it before them")
-            }
+            Self::Unsettled | Self::Metres { .. } => ("metres", "move it before them"),
         };
         if collector.known_crs() != Some(crs) {
             let what = format!(
@@ -136,16 +132,6 @@ impl System {
         let turned = !degrees && is_lon_lat(y, x);
         match self {
             Self::Utm(_) | Self::Metres { .. } => {}
-            Self::Stated(crs) => {
-                if degrees && is_within(footprint, SMALLEST_M) {
-                    let what = format!(
-                        "positions look like degrees, but {crs} is not known to have any; taken as \
-                         metres, reproject the file to a system in metres or to EPSG:4326"
-                    );
-                    collector.warn(None, Place::File, what);
-                }
-                *self = Self::Metres { stated: true };
-            }
             Self::LonLat { turned: told } if turned => {
                 if !*told {
                     let what = latitude_first(x, y) + "; features that have it are left out";
@@ -184,7 +170,7 @@ impl System {
                 let [x, y] = utm.project(x, y);
                 DVec3::new(x, y, z)
             }
-            Self::Metres { .. } | Self::Stated(_) => DVec3::new(x, y, z),
+            Self::Metres { .. } => DVec3::new(x, y, z),
             Self::LonLat { .. } | Self::Unsettled => DVec3::NAN,
         }
     }
@@ -199,7 +185,7 @@ impl System {
         match self {
             Self::Utm(utm) => utm.fault(),
             Self::LonLat { .. } => "no longitudes and latitudes".to_owned(),
-            Self::Metres { .. } | Self::Stated(_) | Self::Unsettled => "not finite".to_owned(),
+            Self::Metres { .. } | Self::Unsettled => "not finite".to_owned(),
         }
     }
 
