@@ -8,6 +8,7 @@ use indicatif::ProgressBar;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
+use super::failure::told;
 use super::numbers::{bytes, milliseconds, number};
 use super::{ground, progress};
 use crate::index::{self, LodTree, Promotion};
@@ -84,7 +85,9 @@ pub(super) fn run(args: &ServeArgs) -> Result<()> {
         .build()
         .context("cannot start the service")?;
     let args = args.clone();
-    let reread = move || self::scenes(&args, &ProgressBar::hidden()).map_err(Into::into);
+    // In the words that the command has for the errors of the system.
+    let reread =
+        move || self::scenes(&args, &ProgressBar::hidden()).map_err(|error| told(&error).into());
     let served = runtime.block_on(serve(config, scenes, reread, |text| {
         let _ = std::io::stderr().write_all(text.as_bytes()); // where nobody listens, it is lost
     }));

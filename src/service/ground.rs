@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::documents::try_cached;
 use super::negotiate::accepted;
+use super::plain::plain;
 use super::problem::{Kind, Problem};
 use super::routes::malformed;
 use super::shared::Shared;
@@ -63,13 +64,28 @@ impl FromRequestParts<Arc<Shared>> for TileName {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, shared: &Arc<Shared>) -> Result<Self, Problem> {
-        let path = Path::<(String, u32, u32, u32)>::from_request_parts(parts, shared).await;
-        path.map(|Path((scene, level, x, y))| Self {
+        let path =
+            Path::<(String, String, String, String)>::from_request_parts(parts, shared).await;
+        let Path((scene, level, x, y)) = path.map_err(malformed)?;
+        Ok(Self {
             scene,
-            tile: Node { level, x, y },
+            tile: Node {
+                level: number(&level, "level")?,
+                x: number(&x, "x")?,
+                y: number(&y, "y")?,
+            },
         })
-        .map_err(malformed)
     }
+}
+
+/// A part of the path that is a number.
+fn number(text: &str, part: &str) -> Result<u32, Problem> {
+    let number: Option<u32> = text.parse().ok();
+    number.ok_or_else(|| {
+        let wanted = format!("a whole number from 0 to {}", u32::MAX);
+        let said = format!("invalid value: string {text:?}, expected {wanted}");
+        Problem::new(Kind::NotFound, plain(&said, part)).at(part)
+    })
 }
 
 /// `GET`: the heights of a tile, f32 each, little endian, row by row from the south-west, NaN

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use axum::Router;
+use axum::extract::path::ErrorKind;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{FromRequestParts, Path};
 use axum::http::request::Parts;
@@ -156,7 +157,15 @@ impl FromRequestParts<Arc<Shared>> for FileName {
 }
 
 /// The refusal of path parameters that cannot be read.
-#[expect(clippy::needless_pass_by_value, reason = "the form map_err wants")]
 pub fn malformed(rejection: PathRejection) -> Problem {
-    Problem::new(Kind::NotFound, rejection.body_text())
+    let PathRejection::FailedToDeserializePathParams(error) = rejection else {
+        return Problem::new(Kind::NotFound, "the path cannot be read");
+    };
+    match error.kind() {
+        ErrorKind::InvalidUtf8InPathParam { key } => {
+            let detail = format!("{key} has bytes that are no UTF-8, percent-decoded");
+            Problem::new(Kind::NotFound, detail).at(key)
+        }
+        _ => Problem::new(Kind::NotFound, "the path cannot be read"),
+    }
 }

@@ -50,10 +50,15 @@ fn a_hangup_serves_the_files_as_they_are_now_and_keeps_the_old_where_they_cannot
     let line = served.line_with("could not be read again");
     assert!(line.contains("town.citylod"), "{line}");
     assert_eq!(revision(&served), city(2).revision());
+    std::fs::rename(&path, &broken).unwrap();
+    served.signal("-HUP");
+    let line = served.line_with("could not be read again");
+    assert!(line.contains("there is no such file"), "{line}");
+    assert!(!line.contains("os error"), "{line}");
     let metrics = served.get("/metrics");
     for line in [
         "citylod_scene_reloads_total{result=\"ok\"} 1\n",
-        "citylod_scene_reloads_total{result=\"failed\"} 1\n",
+        "citylod_scene_reloads_total{result=\"failed\"} 2\n",
     ] {
         assert!(metrics.contains(line), "{metrics}");
     }

@@ -236,8 +236,11 @@ fn tiles_that_there_are_not_are_refused_with_the_place() {
         ("hills/ground/1/2/0", 404, Some("x")),
         ("hills/ground/1/0/2", 404, Some("y")),
         ("hills/ground/4294967295/0/0", 404, Some("level")),
-        ("hills/ground/-1/0/0", 404, None),
-        ("hills/ground/a/0/0", 404, None),
+        ("hills/ground/-1/0/0", 404, Some("level")),
+        ("hills/ground/0/1.5/0", 404, Some("x")),
+        ("hills/ground/0/0/99999999999", 404, Some("y")),
+        ("hills/ground/a/0/0", 404, Some("level")),
+        ("%ff/ground/0/0/0", 404, Some("scene")),
         ("hills/ground/0/0", 404, None),
         ("hills/ground/0/0/0?size=1", 400, Some("size")),
         (
@@ -249,6 +252,30 @@ fn tiles_that_there_are_not_are_refused_with_the_place() {
         let problem = service.get(&format!("/collections/{path}")).problem(status);
         assert_eq!(problem["pointer"].as_str(), pointer, "{path}: {problem}");
     }
+    for (path, detail) in [
+        (
+            "1.5/0/0",
+            "level must be a whole number from 0 to 4294967295, and is the text \"1.5\"",
+        ),
+        (
+            "0/-1/0",
+            "x must be a whole number from 0 to 4294967295, and is the text \"-1\"",
+        ),
+        (
+            "0/0/%20",
+            "y must be a whole number from 0 to 4294967295, and is the text \" \"",
+        ),
+    ] {
+        let problem = service
+            .get(&format!("/collections/hills/ground/{path}"))
+            .problem(404);
+        assert_eq!(problem["detail"], detail);
+    }
+    let problem = service.get("/collections/%ff").problem(404);
+    assert_eq!(
+        problem["detail"],
+        "scene has bytes that are no UTF-8, percent-decoded"
+    );
 }
 
 #[test]
