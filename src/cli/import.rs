@@ -6,7 +6,7 @@ use super::args::ImportArgs;
 use super::effects::declared_anew;
 use super::say::say;
 use super::{ground, progress, text};
-use crate::import::{Classes, Options, Unused, import};
+use crate::import::{Classes, Fate, Options, Unused, import};
 use crate::index;
 
 pub(super) fn run(args: &ImportArgs) -> Result<()> {
@@ -51,6 +51,14 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
             text::counted(hidden as u64, "more warning"),
             imported.warnings.len()
         );
+    }
+    for tally in &imported.tallies {
+        let fate = match tally.fate {
+            Fate::LeftOut => "left out",
+            Fate::KeptFlat => "kept flat",
+        };
+        let these = text::counted(tally.count, tally.noun);
+        say!("{these} {fate}: {}", tally.reason);
     }
     if imported.scene.objects.is_empty() {
         let none = match options.classes {

@@ -7,6 +7,7 @@ use compact_str::CompactString;
 
 use super::extents::Extents;
 use super::named_height::NamedHeight;
+use super::tally::{Fate, Tallies};
 use super::{Classes, ImportError, Imported, Options, Place, Source, crs, sense};
 use crate::scene::{Renamed, Scene, SceneObject};
 
@@ -50,6 +51,7 @@ pub(super) struct Collector {
     warnings: Vec<Warning>,
     /// Those about the objects of a file as a whole.
     overall: Vec<Warning>,
+    tallies: Tallies,
     path: Arc<PathBuf>,
     /// Whether features have the height that the caller names.
     pub(super) named_height: NamedHeight,
@@ -138,17 +140,29 @@ impl Collector {
         self.scene.crs.as_deref()
     }
 
-    /// Takes an object, if it is of a class that is asked for.
-    pub(super) fn object(&mut self, object: SceneObject) {
+    /// Takes an object, if it is of a class that is asked for, and tells whether it did.
+    pub(super) fn object(&mut self, object: SceneObject) -> bool {
         if !self.found.contains(&object.class) {
             self.found.insert(object.class.clone());
         }
         if !self.classes.take(&object.class) {
             self.untaken.insert(object.id);
-            return;
+            self.left_out("object", "of a class that was not asked for");
+            return false;
         }
         self.files.add(&object.bounds);
         self.scene.objects.push(object);
+        true
+    }
+
+    /// One that is not in the scene, for this reason, is counted.
+    pub(super) fn left_out(&mut self, noun: &'static str, reason: &'static str) {
+        self.tallies.count(noun, Fate::LeftOut, reason);
+    }
+
+    /// One that should have a height and has none, for this reason, is counted.
+    pub(super) fn kept_flat(&mut self, noun: &'static str, reason: &'static str) {
+        self.tallies.count(noun, Fate::KeptFlat, reason);
     }
 
     pub(super) fn warn(&mut self, object: Option<&str>, place: Place, what: impl Into<String>) {
@@ -244,6 +258,7 @@ impl Collector {
         Ok(Imported {
             scene: self.scene,
             warnings: self.warnings,
+            tallies: self.tallies.0,
             unused: Vec::new(),
         })
     }

@@ -22,6 +22,7 @@ mod placing;
 mod sense;
 mod shape;
 mod source;
+mod tally;
 mod tilt;
 mod utm;
 
@@ -33,6 +34,7 @@ pub use classes::Classes;
 pub use collector::Warning;
 pub use error::{ImportError, Place};
 pub use geojson::lift_m;
+pub use tally::{Fate, Tally};
 
 use collector::Collector;
 use source::{Format, Source};
@@ -72,6 +74,8 @@ pub struct Imported {
     pub scene: Scene,
     /// One for each object or feature that was changed or left out, in file order.
     pub warnings: Vec<Warning>,
+    /// How many were left out or kept flat, by the reason; the warnings name most of them.
+    pub tallies: Vec<Tally>,
     /// Options that were given and apply to none of the files.
     pub unused: Vec<Unused>,
 }

@@ -246,6 +246,14 @@ impl<'a> Objects<'a> {
     fn hand_over(&mut self, id: &CompactString, place: Place, has_elements: bool) {
         let not_finite = self.shape.not_finite();
         let object = self.shape.object(id.clone(), CLASS, None);
+        if object.is_none() {
+            let reason = if has_elements {
+                "no vertex that can be used"
+            } else {
+                "no face, line or point"
+            };
+            self.collector.left_out("object", reason);
+        }
         let what = match (&object, not_finite) {
             (Some(_), 0) => None,
             (Some(_), _) => Some(format!(

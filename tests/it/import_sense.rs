@@ -2,7 +2,8 @@ use std::fmt::Write as _;
 
 use citylod::import::{ImportError, Imported, Options};
 
-use crate::written::{import_content, import_one, real};
+use crate::desk::Desk;
+use crate::written::{feature, import_content, import_one, real};
 
 /// Houses on a grid: the first of them at a corner, how far apart, how wide, how high.
 #[derive(Clone, Copy)]
@@ -310,6 +311,68 @@ fn objects_taller_than_anything_are_told_of_once() {
     boxes[3].1[5] = 828.0;
     boxes[5].1 = [80_000.0, 440_000.0, 0.0, 85_000.0, 447_000.0, 1_500.0];
     assert_eq!(self::told(&obj(&boxes)), [""; 0]);
+}
+
+/// What an import ends with, of each format.
+#[test]
+fn what_was_left_out_or_kept_flat_is_summed_up() {
+    let square = "[[[139.75,35.68],[139.7501,35.68],[139.7501,35.6801],[139.75,35.68]]]";
+    let of = |properties: &str| feature(properties, square);
+    let elsewhere = feature(r#"{"h":1}"#, &square.replace("139.7", "4.7"));
+    let point = r#"{"type":"Feature","properties":{},"geometry":{"type":"Point","coordinates":[139.75,35.68]}}"#;
+    let nothing = r#"{"type":"Feature","properties":{},"geometry":null}"#;
+    let empty = feature(r#"{"h":1}"#, "[]");
+    let lines = [
+        of(r#"{"h":9}"#),
+        of("{}"),
+        of("{}"),
+        of(r#"{"h":0}"#),
+        of(r#"{"h":"tall"}"#),
+        of(r#"{"class":"Tree"}"#),
+        elsewhere,
+        point.to_owned(),
+        point.to_owned(),
+        nothing.to_owned(),
+        empty,
+        r#"{"type":"Feature","properties":3,"geometry":[]}"#.to_owned(),
+    ];
+    let desk = Desk::new();
+    desk.write("a.geojsonl", lines.join("\n").as_bytes());
+    desk.write(
+        "b.obj",
+        b"v 379000 3949000 0\nv 379009 3949000 0\no none\no p\np 1\nv nan 0 0\no lost\np 3\n",
+    );
+    let group = crate::written::solid()
+        .replace("EPSG/0/6677", "EPSG/0/32654")
+        .replace(
+            "\"CityObjects\":{",
+            "\"CityObjects\": { \"bare\": {\"type\": \"Building\"},",
+        );
+    desk.write("c.city.json", group.as_bytes());
+    let run = desk.run(
+        "import a.geojsonl b.obj c.city.json -o city.citylod --warnings 0 --except-class Tree",
+    );
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let told: Vec<_> = run
+        .err
+        .lines()
+        .filter(|l| l.contains(" left out: ") || l.contains(" flat: "))
+        .collect();
+    let expected = [
+        "2 features kept flat: no height",
+        "1 feature kept flat: a height of 0",
+        "1 feature kept flat: a height that is none",
+        "1 object left out: of a class that was not asked for",
+        "1 feature left out: too far from the others",
+        "2 features left out: neither a Polygon nor a MultiPolygon",
+        "1 feature left out: no geometry",
+        "1 feature left out: no position that can be used",
+        "1 feature left out: cannot be read",
+        "1 object left out: no face, line or point",
+        "1 object left out: no vertex that can be used",
+        "1 object left out: no geometry",
+    ];
+    assert_eq!(told, expected, "{}", run.err);
 }
 
 #[test]

@@ -114,7 +114,10 @@ impl Objects {
         if let Some(object) = object {
             collector.object(object);
         } else {
-            let what = self.why_none(root, &tally);
+            let (what, reason) = self.why_none(root, &tally);
+            if let Some(reason) = reason {
+                collector.left_out("object", reason);
+            }
             warn(root, root.pointer(), what, collector);
         }
     }
@@ -135,23 +138,32 @@ impl Objects {
         }
     }
 
-    fn why_none(&mut self, root: &CityObject, tally: &Tally) -> String {
+    /// What is said of an object that is none, and in a few words where it was to be one.
+    fn why_none(&mut self, root: &CityObject, tally: &Tally) -> (String, Option<&'static str>) {
         match &self.asked {
-            _ if root.is_group() => format!(
-                "a group without geometry; its {} members are objects of their own",
-                root.children()
-            ),
+            _ if root.is_group() => {
+                let what = format!(
+                    "a group without geometry; its {} members are objects of their own",
+                    root.children()
+                );
+                (what, None)
+            }
             _ if tally.geometries == 0 => {
-                "neither it nor a part of it has geometry; left out".into()
+                let what = "neither it nor a part of it has geometry; left out";
+                (what.into(), Some("no geometry"))
             }
             Some(asked) if tally.taken == 0 => {
                 self.without += 1;
                 for lod in &tally.lods {
                     note(&mut self.there, lod);
                 }
-                format!("{NO_LEVEL} {asked}; {}; left out", levels(&tally.lods))
+                let what = format!("{NO_LEVEL} {asked}; {}; left out", levels(&tally.lods));
+                (what, Some("no geometry of the level of detail asked for"))
             }
-            _ => "not one of its vertices can be used; left out".into(),
+            _ => {
+                let what = "not one of its vertices can be used; left out";
+                (what.into(), Some("no vertex that can be used"))
+            }
         }
     }
 

@@ -137,6 +137,7 @@ impl City {
                     other.kind.as_deref().unwrap_or_default()
                 );
                 collector.warn(None, stream.place(0), what);
+                collector.left_out("feature", "not of the type CityJSONFeature");
                 Ok(())
             }
             Err(error) => Err(error),

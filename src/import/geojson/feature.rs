@@ -4,8 +4,9 @@ use compact_str::{CompactString, format_compact};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
-use super::properties::{self, Height, Properties};
+use super::properties::{self, Properties};
 use super::rings::{MULTI_POLYGON_DEPTH, POLYGON_DEPTH, Rings};
+use super::rise::{KEPT_FLAT, NO_HEIGHT, Rise};
 use super::system::System;
 use crate::import::collector::Collector;
 use crate::import::shape::Shape;
@@ -13,7 +14,8 @@ use crate::import::utm::FARTHEST_DEG;
 use crate::import::{ImportError, Options, Place};
 
 const CLASS: &str = "Building";
-const NO_HEIGHT: &str = "no height; kept flat";
+/// What one of them is called.
+const NOUN: &str = "feature";
 
 /// A feature, or a geometry that stands for one.
 #[derive(Deserialize)]
@@ -85,6 +87,9 @@ pub(super) struct Features<'a, 'c> {
     rings: Rings,
     shape: Shape,
     problems: Vec<String>,
+    /// Why the current feature is left out if it is, and why it is flat if it is.
+    lost: Option<&'static str>,
+    flat_for: Option<&'static str>,
     /// A feature had a height.
     has_height: bool,
     /// How many were kept flat for want of one.
@@ -104,6 +109,8 @@ impl<'a, 'c> Features<'a, 'c> {
             rings: Rings::default(),
             shape: Shape::default(),
             problems: Vec::new(),
+            lost: None,
+            flat_for: None,
             has_height: false,
             flat: 0,
             kept: 0,
@@ -137,9 +144,11 @@ impl<'a, 'c> Features<'a, 'c> {
             .map_err(|kind| Rejected::Kind(kind.unwrap_or_default().into_owned()))?;
         self.count += 1;
         self.rings.clear();
-        match &geometry {
-            Some(geometry) => self.read_rings(geometry),
-            None => self.problems.push("it has no geometry".into()),
+        if let Some(geometry) = &geometry {
+            self.read_rings(geometry);
+        } else {
+            self.problems.push("it has no geometry".into());
+            self.lost = Some("no geometry");
         }
         self.shape(&properties).map_err(Rejected::Import)?;
         let class = properties
@@ -188,7 +197,7 @@ impl<'a, 'c> Features<'a, 'c> {
         };
         let all = counted(self.flat, "feature");
         let what = format!("no feature has a height {wanted}; {all} kept flat");
-        self.collector.condense(NO_HEIGHT, what);
+        self.collector.condense(KEPT_FLAT, what);
     }
 
     /// Warns of a feature of which nothing can be read.
@@ -196,6 +205,7 @@ impl<'a, 'c> Features<'a, 'c> {
         let id = format_compact!("feature-{}", self.count);
         self.count += 1;
         self.problems.clear();
+        self.collector.left_out(NOUN, "cannot be read");
         self.collector.warn(Some(&id), place, what);
     }
 
@@ -210,6 +220,7 @@ impl<'a, 'c> Features<'a, 'c> {
                 return;
             }
             other => {
+                self.lost = Some("neither a Polygon nor a MultiPolygon");
                 let problem = format!("a {other} is no footprint and is not taken");
                 if !self.problems.contains(&problem) {
                     self.problems.push(problem);
@@ -239,36 +250,12 @@ impl<'a, 'c> Features<'a, 'c> {
             self.shape.base_is_unknown();
             (0.0, 0.0)
         });
-        let height = properties.height(self.options.height.as_deref());
-        self.has_height |= height != Height::Missing;
-        let extruded = matches!(height, Height::Metres(m) if m > 0.0);
-        let lift = if extruded && highest <= ground {
-            self.lift(properties)
-        } else {
-            0.0
-        };
-        let base = ground + lift;
-        let top = match height {
-            Height::Metres(height) if lift > 0.0 && height <= lift => {
-                self.problems.push(format!(
-                    "it begins {lift} m above the ground and its height is {height} m; taken to be {height} m from there"
-                ));
-                base + height
-            }
-            Height::Metres(height) => highest.max(ground + height),
-            // The positions themselves tell how high it is.
-            _ if highest > ground => highest,
-            Height::Missing => {
-                self.flat += 1;
-                self.problems.push(NO_HEIGHT.into());
-                ground
-            }
-            Height::Unusable(name, value) => {
-                self.problems
-                    .push(format!("{name} is {value}, which is no height; kept flat"));
-                ground
-            }
-        };
+        let named = self.options.height.as_deref();
+        let rise = Rise::of(properties, named, [ground, highest], &mut self.problems);
+        let (base, top) = (rise.base, rise.top);
+        self.has_height |= rise.has_height;
+        self.flat += usize::from(rise.flat_for == Some(NO_HEIGHT));
+        self.flat_for = rise.flat_for;
         let mut last = None;
         for &position in self.rings.corners() {
             let vertex = self.system.place(position, base);
@@ -279,28 +266,15 @@ impl<'a, 'c> Features<'a, 'c> {
         }
         if last.is_none() && self.rings.corners().any(|&p| self.system.is_far(p)) {
             self.far += 1;
+            self.lost = Some("too far from the others");
         }
         // One vertex carries the top: the others would only repeat the outline.
         if let Some(vertex) = last.filter(|_| top > base) {
             self.shape.vertex(vertex.with_z(top));
         }
-        self.shape.triangles(self.rings.triangles(extruded));
+        self.shape.triangles(self.rings.triangles(rise.is_extruded));
         self.note_faults();
         Ok(())
-    }
-
-    /// How far above the ground it begins, m.
-    fn lift(&mut self, properties: &Properties) -> f64 {
-        match properties.min_height() {
-            Height::Metres(lift) => lift,
-            Height::Missing => 0.0,
-            Height::Unusable(name, value) => {
-                self.problems.push(format!(
-                    "{name} is {value}, which is no height; begins at the ground"
-                ));
-                0.0
-            }
-        }
     }
 
     /// Lowest and highest z; `None` where no position has one.
@@ -349,9 +323,16 @@ impl<'a, 'c> Features<'a, 'c> {
             .shape
             .object(id.clone(), class, attributes.map(ToOwned::to_owned));
         let lost = object.is_none();
+        let (why_lost, why_flat) = (self.lost.take(), self.flat_for.take());
         if let Some(object) = object {
             self.kept += 1;
-            self.collector.object(object);
+            let is_taken = self.collector.object(object);
+            if let Some(reason) = why_flat.filter(|_| is_taken) {
+                self.collector.kept_flat(NOUN, reason);
+            }
+        } else {
+            let reason = why_lost.unwrap_or("no position that can be used");
+            self.collector.left_out(NOUN, reason);
         }
         if lost && self.problems.is_empty() {
             self.problems.push("it has no positions".into());

@@ -23,6 +23,7 @@
 mod feature;
 mod properties;
 mod rings;
+mod rise;
 mod system;
 
 use serde::Deserialize;

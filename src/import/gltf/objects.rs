@@ -75,6 +75,8 @@ impl<'a, 'c> Objects<'a, 'c> {
             let place = Place::Pointer(common.place);
             let what = "where its instances lie cannot be read; left out";
             self.collector.warn(Some(&common.name), place, what);
+            self.collector
+                .left_out("object", "places of its instances cannot be read");
             return Ok(());
         };
         for index in 0..instances.count {
@@ -85,6 +87,8 @@ impl<'a, 'c> Objects<'a, 'c> {
             let place = Place::Pointer(common.place.clone());
             let what = format!("instance {index} has a rotation of length zero; left out");
             self.collector.warn(Some(&common.name), place, what);
+            self.collector
+                .left_out("instance", "a rotation of length zero");
         }
         Ok(())
     }
@@ -201,6 +205,10 @@ impl<'a, 'c> Objects<'a, 'c> {
         let attributes = row.attributes.or(attributes);
         let not_finite = self.shape.not_finite();
         let object = self.shape.object(id.clone(), class, attributes);
+        if object.is_none() {
+            self.collector
+                .left_out("object", "no vertex that can be used");
+        }
         let what = match (&object, not_finite) {
             (Some(_), 0) => None,
             (Some(_), _) => Some(format!(
