@@ -3,11 +3,9 @@
 use std::fmt;
 
 use anyhow::Result;
-use serde_json::value::RawValue;
 
 use super::text;
 use crate::geom::{Aabb, DVec3};
-use crate::import;
 use crate::index::{self, LodTree};
 use crate::terrain::{Footing, HeightField, footing, ground_under};
 
@@ -27,8 +25,7 @@ pub(super) struct SetDown {
 }
 
 /// Sets the objects whose base is not known, or `all`, on the lowest ground under their boxes.
-/// Heights and ids stay. Of those whose base is not known, a part that begins above its ground is
-/// set so far above it again; those whose base is known come down onto it whatever they began at.
+/// Heights and ids stay; a part that begins above its ground is set so far above it again.
 /// Where there is no ground, those whose base is not known go to 0, where they stood before any was
 /// laid, so that what ground was laid before does not matter; the others stay where they are.
 pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result<SetDown> {
@@ -40,12 +37,10 @@ pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result
     let to_set = scene.objects.iter_mut().filter(|o| all || !o.base_known);
     for object in to_set {
         let under = ground_under(field, &object.bounds);
-        let attributes = object.attributes.as_deref().map(RawValue::get);
-        let lift = lift_m(object.base_known, &object.bounds, attributes);
         let base = match under {
-            Some([low, _]) => low + lift,
+            Some([low, _]) => low + object.lift_m,
             None if object.base_known => continue,
-            None => lift,
+            None => object.lift_m,
         };
         done.set += u64::from(under.is_some());
         if object.bounds.min().z != base {
@@ -88,14 +83,6 @@ impl fmt::Display for Names {
     }
 }
 
-/// How far above its ground an object begins, m: of parts of buildings, as the footprint says.
-fn lift_m(base_known: bool, bounds: &Aabb, attributes: Option<&str>) -> f64 {
-    match attributes {
-        Some(properties) if !base_known && bounds.size().z > 0.0 => import::lift_m(properties),
-        _ => 0.0,
-    }
-}
-
 /// The box with its base at this height.
 fn standing_at(bounds: &Aabb, base: f64) -> Result<Aabb> {
     let (min, max) = (bounds.min(), bounds.max());
@@ -118,8 +105,7 @@ impl Standing {
     pub(super) fn of(tree: &LodTree, field: &HeightField, most: usize) -> Result<Self> {
         let mut standing = Self::default();
         for object in (0..tree.object_count()).filter_map(|number| tree.object(number)) {
-            let lift = lift_m(object.base_known, &object.bounds, object.attributes);
-            let foot = object.bounds.min().z - lift;
+            let foot = object.bounds.min().z - object.lift_m;
             let gap = match footing(field, &standing_at(&object.bounds, foot)?, TOLERANCE_M) {
                 Footing::Meets => continue,
                 Footing::NoGround => {

@@ -33,7 +33,6 @@ use crate::scene::Scene;
 pub use classes::Classes;
 pub use collector::Warning;
 pub use error::{ImportError, Place};
-pub use geojson::lift_m;
 pub use tally::{Fate, Tally};
 
 use collector::Collector;

@@ -15,6 +15,7 @@ pub(super) struct Shape {
     triangles: u64,
     not_finite: usize,
     base_unknown: bool,
+    lift_m: f64,
     /// Room for the vertices seen from above.
     ground: Vec<Coord>,
 }
@@ -25,11 +26,17 @@ impl Shape {
         self.triangles = 0;
         self.not_finite = 0;
         self.base_unknown = false;
+        self.lift_m = 0.0;
     }
 
     /// Nothing says how high it stands.
     pub(super) fn base_is_unknown(&mut self) {
         self.base_unknown = true;
+    }
+
+    /// It begins so far above its ground, m.
+    pub(super) fn begins_above(&mut self, lift_m: f64) {
+        self.lift_m = lift_m;
     }
 
     /// Adds a vertex in scene coordinates. One that is not finite is counted and left out.
@@ -65,6 +72,7 @@ impl Shape {
             footprint_area: self.footprint_area(bounds.min()),
             triangles: u32::try_from(self.triangles).unwrap_or(u32::MAX),
             base_known: !self.base_unknown,
+            lift_m: self.lift_m,
             attributes,
         })
     }

@@ -44,9 +44,9 @@ pub(super) type Radii = [f32; 8];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(usize)]
 pub(super) enum Section {
-    /// JSON: `crs`, `effects` ([`crate::scene::Effects`]), `classes`, and `base_unknown`, left out
-    /// where there are none: ranges `[first, end]` of the objects of which the source does not say
-    /// how high they stand.
+    /// JSON: `crs`, `effects` ([`crate::scene::Effects`]), `classes`, and, left out where there are
+    /// none, `base_unknown`: ranges `[first, end]` of the objects of which the source does not say
+    /// how high they stand, and `lifts`: `[object, metres]` of those that begin above their ground.
     Meta,
     /// u32 × (h + 1): first node of each level, coarsest first, then m; the same again for
     /// objects and n.

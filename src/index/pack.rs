@@ -20,7 +20,9 @@ pub(super) fn pack(
     meta: Meta,
 ) -> LodTree {
     let plan = Plan::new(rows.len(), hierarchy);
-    let meta = meta.with_bases(&rows.base_known, &plan.order);
+    let meta = meta
+        .with_bases(&rows.base_known, &plan.order)
+        .with_lifts(&rows.lifts, &plan.order);
     let packer = Packer {
         child_blocks: Blocks::new(hierarchy.levels.len().min(1) as u32, &plan.children),
         own_blocks: Blocks::new(0, &plan.own),

@@ -52,6 +52,8 @@ pub(super) struct Rows {
     pub(super) attributes: Texts,
     /// Whether the source says how high each one stands; empty where it says so of all.
     pub(super) base_known: Vec<bool>,
+    /// Those that begin above their ground, in order, and how far, m.
+    pub(super) lifts: Vec<(Canonical, f64)>,
 }
 
 impl Rows {
@@ -72,6 +74,7 @@ impl Rows {
             ids: Texts::zeroed(objects.len(), total(0)),
             attributes: Texts::zeroed(objects.len(), total(1)),
             base_known: base_known(objects),
+            lifts: lifts(objects),
         };
         let (mut ids, mut attributes) = (all.ids.all_mut(), all.attributes.all_mut());
         let pieces = objects.chunks(PIECE).zip(all.each.chunks_mut(PIECE));
@@ -131,4 +134,10 @@ fn base_known(objects: &[&SceneObject]) -> Vec<bool> {
     } else {
         known().collect()
     }
+}
+
+fn lifts(objects: &[&SceneObject]) -> Vec<(Canonical, f64)> {
+    let lifts = objects.par_iter().enumerate();
+    let lifts = lifts.map(|(at, object)| (at as Canonical, object.lift_m));
+    lifts.filter(|(_, lift_m)| *lift_m != 0.0).collect()
 }

@@ -47,6 +47,8 @@ pub struct Object<'a> {
     pub triangles: u32,
     /// Whether the source says how high it stands.
     pub base_known: bool,
+    /// How far above its ground it begins, m, where the source says so of a part; else 0.
+    pub lift_m: f64,
     /// The level it is stored at.
     pub level: u32,
     /// JSON object with whatever else the source said.
@@ -309,6 +311,7 @@ impl LodTree {
             footprint_area: *self.image.slice(Section::Footprints).get(at)?,
             triangles: *self.image.slice(Section::Triangles).get(at)?,
             base_known: self.meta.base_known(object),
+            lift_m: self.meta.lift_m(object),
             level: self.level_of(object),
             attributes: self.attributes(object),
         })

@@ -21,6 +21,7 @@ impl LodTree {
                 footprint_area: object.footprint_area,
                 triangles: object.triangles,
                 base_known: object.base_known,
+                lift_m: object.lift_m,
                 // Of a file that was not verified, what is no JSON is left out.
                 attributes: attributes.and_then(|text| RawValue::from_string(text).ok()),
             })

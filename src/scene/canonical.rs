@@ -75,6 +75,7 @@ fn by_id_and_content(a: &SceneObject, b: &SceneObject) -> Ordering {
         .then_with(|| a.class.cmp(&b.class))
         .then_with(|| a.triangles.cmp(&b.triangles))
         .then_with(|| a.base_known.cmp(&b.base_known))
+        .then_with(|| a.lift_m.total_cmp(&b.lift_m))
         .then_with(|| text(a).cmp(&text(b)))
 }
 

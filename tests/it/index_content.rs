@@ -40,6 +40,7 @@ fn assert_holds(tree: &LodTree, scene: &Scene) {
         );
         assert_eq!(found.triangles, expected.triangles);
         assert_eq!(found.base_known, expected.base_known);
+        assert_eq!(found.lift_m, expected.lift_m);
         assert_eq!(
             found.attributes,
             expected.attributes.as_deref().map(RawValue::get)
@@ -82,6 +83,9 @@ fn every_field_comes_back() {
             object.footprint_area = support::between(&mut rng, 0.0, 1e6);
             object.triangles = rng.random();
             object.base_known = rng.random_bool(0.7);
+            if rng.random_bool(0.3) {
+                object.lift_m = support::between(&mut rng, 0.1, 90.0);
+            }
             object.attributes = rng.random_bool(0.5).then(|| {
                 let text = serde_json::json!({ any_text(&mut rng): any_text(&mut rng) });
                 serde_json::value::to_raw_value(&text).unwrap()

@@ -16,6 +16,7 @@ pub fn object(id: impl Into<String>, min: DVec3, size: DVec3) -> SceneObject {
         footprint_area: size.x * size.y,
         triangles: 12,
         base_known: true,
+        lift_m: 0.0,
         attributes: None,
     }
 }

@@ -219,6 +219,46 @@ fn parts_that_begin_above_the_ground_are_kept_so() {
     }
 }
 
+/// One that says how high its ground is begins above that, and draped so far above the other; what
+/// an attribute of other formats says of a lowest height is none of where a thing begins.
+#[test]
+fn draped_parts_are_kept_above_their_ground() {
+    let desk = Desk::new();
+    let part = r#""min_height":4,"height":12.3"#;
+    let roof = footprint("roof", 1003.0, ",36").replace(r#""height":12.3"#, part);
+    desk.write("roof.geojsonl", roof.as_bytes());
+    let house = r#"{"asset":{"version":"2.0"},"nodes":[{"name":"house","mesh":0,"translation":[1047,36,-5],
+        "extras":{"min_height":4}}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{}}}}]}],
+        "extensionsUsed":["KHR_draco_mesh_compression"],
+        "accessors":[{"componentType":5126,"type":"VEC3","count":8,"min":[0,0,-8],"max":[8,9,0]}]}"#;
+    desk.write("house.gltf", house.as_bytes());
+    desk.out("import roof.geojsonl house.gltf -o city.citylod");
+    let bases = || {
+        let tree = LodTree::open_verified(&desk.path("city.citylod")).unwrap();
+        ["roof", "house"].map(|id| tree.object(tree.find(id).unwrap()).unwrap().bounds.min().z)
+    };
+    assert_eq!(bases(), [40.0, 36.0]);
+    for (name, top) in [("low.asc", 40.0), ("high.asc", 1600.0)] {
+        desk.write(name, slope(top).as_bytes());
+    }
+    // Its ground is 36 m high, so the one that is laid is the right one for it.
+    let run = desk.run("import low.asc --into city.citylod");
+    assert!(!run.err.contains("roof: its base is"), "{}", run.err);
+    for (name, top) in [("high.asc", 1600.0), ("low.asc", 40.0)] {
+        let run = desk.run(&format!("import {name} --into city.citylod --drape"));
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        assert!(!run.err.contains("its base is"), "{}", run.err);
+        let [a, b] = expected(top);
+        for (found, expected) in bases().into_iter().zip([a + 4.0, b]) {
+            assert!(
+                (found - expected).abs() < 1e-3,
+                "{name}: {found}, not {expected}"
+            );
+        }
+    }
+}
+
 /// Where it stood before it was draped is not kept.
 #[test]
 fn draped_objects_that_other_ground_does_not_reach_stay_and_are_named() {

@@ -39,6 +39,7 @@ fn city_turned(boxes: &[Aabb], first: usize) -> Result<LodTree, ReportError> {
         footprint_area: b.size().x * b.size().y,
         triangles: 12,
         base_known: true,
+        lift_m: 0.0,
         attributes: None,
     };
     let mut objects: Vec<SceneObject> = boxes.iter().enumerate().map(object).collect();

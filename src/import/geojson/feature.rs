@@ -253,6 +253,7 @@ impl<'a, 'c> Features<'a, 'c> {
         let named = self.options.height.as_deref();
         let rise = Rise::of(properties, named, [ground, highest], &mut self.problems);
         let (base, top) = (rise.base, rise.top);
+        self.shape.begins_above(rise.lift);
         self.has_height |= rise.has_height;
         self.flat += usize::from(rise.flat_for == Some(NO_HEIGHT));
         self.flat_for = rise.flat_for;

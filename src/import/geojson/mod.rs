@@ -34,7 +34,6 @@ use super::json::{Next, Splitter, pointer, reason};
 use super::source::Source;
 use super::{ImportError, Options, Place, crs};
 use feature::{Features, Rejected};
-pub use properties::lift_m;
 
 /// No feature of a city is larger; one that is would take all memory.
 const LARGEST_FEATURE_BYTES: usize = 256 << 20;

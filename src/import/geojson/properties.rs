@@ -134,15 +134,6 @@ fn string(value: &RawValue) -> Option<Cow<'_, str>> {
     serde_json::from_str::<Text>(value.get()).ok().map(|t| t.0)
 }
 
-/// How far above its ground a footprint with these properties, a JSON object, begins if it is
-/// extruded, m.
-pub fn lift_m(properties: &str) -> f64 {
-    match Properties::read(properties, None).map(|properties| properties.min_height()) {
-        Ok(Height::Metres(lift)) => lift,
-        _ => 0.0,
-    }
-}
-
 /// The first height that is not 0, among those in metres and then that in levels; 0 where one is
 /// that and no other has a value.
 fn first_of(
@@ -270,15 +261,18 @@ mod tests {
 
     #[test]
     fn where_parts_begin() {
+        let metres = Height::Metres;
         for (text, lift) in [
-            (r#"{"min_height":"4 m","building:min_level":9}"#, 4.0),
-            (r#"{"building:min_height":5}"#, 5.0),
-            (r#"{"min_height":0,"building:min_level":"3"}"#, 9.0),
-            (r#"{"min_height":-4}"#, 0.0),
-            (r#"{"height":4}"#, 0.0),
-            ("[]", 0.0),
+            (
+                r#"{"min_height":"4 m","building:min_level":9}"#,
+                metres(4.0),
+            ),
+            (r#"{"building:min_height":5}"#, metres(5.0)),
+            (r#"{"min_height":0,"building:min_level":"3"}"#, metres(9.0)),
+            (r#"{"height":4}"#, Height::Missing),
         ] {
-            assert_eq!(lift_m(text), lift, "{text}");
+            let found = Properties::read(text, None).map(|p| p.min_height());
+            assert_eq!(found.ok(), Some(lift), "{text}");
         }
     }
 

@@ -43,7 +43,7 @@ impl System {
     /// The caller names it.
     pub(super) fn tell(&mut self, collector: &mut Collector) -> Result<(), ImportError> {
         match collector.told_crs().map(ToOwned::to_owned) {
-            Some(crs) => self.become_one_of(&crs, Place::File, collector),
+            Some(crs) => self.become_one_of(&crs, &Place::File, collector),
             None => Ok(()),
         }
     }
@@ -58,17 +58,17 @@ impl System {
         if collector.told_crs().is_some() {
             return Ok(());
         }
-        self.become_one_of(crs, Place::Pointer("/crs".into()), collector)
+        self.become_one_of(crs, &Place::Pointer("/crs".into()), collector)
     }
 
     /// It has this name, which stands there.
     fn become_one_of(
         &mut self,
         crs: &str,
-        place: Place,
+        place: &Place,
         collector: &mut Collector,
     ) -> Result<(), ImportError> {
-        if !in_degrees(crs, &place, collector)? {
+        if !in_degrees(crs, place, collector)? {
             collector.crs(crs)?;
             *self = Self::Metres { stated: true };
         } else if !matches!(self, Self::Utm(_)) {

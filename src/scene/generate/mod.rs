@@ -98,6 +98,7 @@ pub fn generate(params: &CityParams) -> Scene {
                 footprint_area: size.x * size.y,
                 triangles: 12,
                 base_known: true,
+                lift_m: 0.0,
                 attributes: None,
             }
         }));

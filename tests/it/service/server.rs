@@ -244,6 +244,7 @@ fn odd() -> LodTree {
             footprint_area: 100.0,
             triangles: 12,
             base_known: true,
+            lift_m: 0.0,
             attributes: (at == 0)
                 .then(|| RawValue::from_string(r#"{"height":333,"名":"塔"}"#.into()).unwrap()),
         }
