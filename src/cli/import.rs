@@ -6,7 +6,7 @@ use super::args::ImportArgs;
 use super::effects::declared_anew;
 use super::say::say;
 use super::{ground, progress, text};
-use crate::import::{Classes, Fate, Options, Unused, import};
+use crate::import::{Classes, Fate, Options, Tally, Unused, import};
 use crate::index;
 
 pub(super) fn run(args: &ImportArgs) -> Result<()> {
@@ -52,14 +52,7 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
             imported.warnings.len()
         );
     }
-    for tally in &imported.tallies {
-        let fate = match tally.fate {
-            Fate::LeftOut => "left out",
-            Fate::KeptFlat => "kept flat",
-        };
-        let these = text::counted(tally.count, tally.noun);
-        say!("{these} {fate}: {}", tally.reason);
-    }
+    sum_up(&imported.tallies);
     if imported.scene.objects.is_empty() {
         let none = match options.classes {
             Classes::All => "the files hold no object to import",
@@ -76,6 +69,18 @@ fn import_city(args: &ImportArgs, output: &Path) -> Result<()> {
     ground::warn_of_other(output);
     say!("{}: {}", output.display(), text::summary(&tree));
     Ok(())
+}
+
+/// What was left out or kept flat, by the reason.
+fn sum_up(tallies: &[Tally]) {
+    for tally in tallies {
+        let fate = match tally.fate {
+            Fate::LeftOut => "left out",
+            Fate::KeptFlat => "kept flat",
+        };
+        let these = text::counted(tally.count, tally.noun);
+        say!("{these} {fate}: {}", tally.reason);
+    }
 }
 
 fn classes(args: &ImportArgs) -> Classes {

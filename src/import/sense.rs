@@ -184,7 +184,7 @@ pub(super) fn tall(objects: &[SceneObject]) -> Option<String> {
         _ => ("are", format!("the tallest, {:?},", tallest.id)),
     };
     Some(format!(
-        "{} {are} taller than {TALLEST_M} m and than wide: {which} has {:.0} m; look for heights \
+        "{} {are} taller than {TALLEST_M} m: {which} has {:.0} m; look for heights \
          that are mistyped or in another unit than metres",
         counted(count),
         height(tallest)

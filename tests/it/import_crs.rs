@@ -122,6 +122,22 @@ fn degrees_that_are_said_to_be_some_are_projected_in_every_format() {
 }
 
 #[test]
+fn degrees_of_which_nothing_is_said_are_refused() {
+    for name in ["a.obj", "a.city.json", "a.gltf"] {
+        let error = told(name, &content(name, &degrees(), None), None).unwrap_err();
+        assert!(
+            matches!(error, ImportError::LooksLikeDegrees { .. }),
+            "{error}"
+        );
+        let words = error.to_string();
+        assert!(
+            words.contains(name) && words.contains("--crs EPSG:4326"),
+            "{words}"
+        );
+    }
+}
+
+#[test]
 fn metres_that_are_said_to_be_some_stay_as_they_are() {
     let metres = house(85_000.0, 446_000.0, 10.0);
     for name in FORMATS {
@@ -268,6 +284,18 @@ fn systems_of_which_nothing_is_known_are_told_of() {
             "nothing is known here of the system EPSG:9999",
         )],
     );
+}
+
+/// In a sequence each feature may name it.
+#[test]
+fn a_system_that_is_named_over_and_over_is_told_of_once() {
+    let one = geojson(&house(85_000.0, 446_000.0, 10.0), Some("EPSG:9999"));
+    let imported = told("a.geojsonl", &[one.as_str(); 3].join("\n"), None).unwrap();
+    let unknown = imported
+        .warnings
+        .iter()
+        .filter(|w| w.what.contains("nothing is known"));
+    assert_eq!(unknown.count(), 1);
 }
 
 /// As it is typed: also a city that states degrees, of which the caller says which comes first.

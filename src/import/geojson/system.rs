@@ -68,6 +68,10 @@ impl System {
         place: &Place,
         collector: &mut Collector,
     ) -> Result<(), ImportError> {
+        let is_it_already = matches!(self, Self::Metres { stated: true });
+        if is_it_already && collector.known_crs() == Some(crs) {
+            return Ok(()); // each feature of a sequence may say so
+        }
         if !in_degrees(crs, place, collector)? {
             collector.crs(crs)?;
             *self = Self::Metres { stated: true };
