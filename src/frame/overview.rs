@@ -40,6 +40,8 @@ const SEEN_WELL_PX: f64 = 15.0;
 const SEEN_PX: f64 = 4.0;
 /// A picture that shows as much as so many objects seen well is as good as any.
 const SHOWS_ENOUGH: f64 = 200.0;
+/// A look that comes later has to show so many times as much.
+const CLEARLY: f64 = 1.5;
 /// How far back from the densest part to stand, m, at least and at most; haze brings it nearer.
 const BACK: [f64; 2] = [100.0, 900.0];
 /// How far back from one object, by its diagonal.
@@ -70,7 +72,7 @@ impl Overview {
             let Some((shown, overview)) = stand.look(look, visibility) else {
                 continue;
             };
-            if best.is_none_or(|(most, _)| shown > most) {
+            if best.is_none_or(|(most, _)| shown > CLEARLY * most) {
                 best = Some((shown, overview));
             }
             if shown >= SHOWS_ENOUGH {
