@@ -47,7 +47,7 @@ impl Sights {
             Some(DVec3::new(along(0)?, along(1)?, along(2)?))
         };
         let ground = |bounds: &Aabb| bounds.center().with_z(bounds.min().z);
-        let (low, high) = (at(FRINGE, |b| b.min())?, at(1.0 - FRINGE, |b| b.max())?);
+        let (low, high) = (at(FRINGE, Aabb::min)?, at(1.0 - FRINGE, Aabb::max)?);
         Some(Self {
             all,
             count: (of.len() * step).min(tree.object_count() as usize) as u32,

@@ -308,6 +308,7 @@ export class App {
       const { item, why, link } = await about(hit.object, city, from.eye, this.stage, this.knobs, this.frozen !== undefined);
       this.around.picked.show(item, why, link);
     } catch (error) {
+      this.unpick();
       this.problem({ detail: error instanceof Error ? error.message : String(error) });
     }
   }

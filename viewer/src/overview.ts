@@ -52,14 +52,18 @@ export function home(bounds: Bounds, { high, wide }: Opening): Pose {
   const flat = Math.hypot(way[0], way[1]);
   const right: Vec3 = [way[1] / flat, -way[0] / flat, 0];
   const up: Vec3 = [right[1] * way[2], -right[0] * way[2], flat];
+  // The middle of one house, else nearer to the ground; a city may go on at the sides, towers are seen whole.
+  const aside = size > SMALL ? 0.35 : 0.5;
+  const spans = [max[0] - min[0], max[1] - min[1], max[2] - min[2]] as const;
+  const shares = [share, share, Math.max(share, 1.15)] as const;
   const along = (axis: Vec3, corner: number) =>
-    axis.reduce((sum, v, k) => sum + ((corner >> k) & 1 ? 0.5 : -0.5) * v * (max[k]! - min[k]!) * share, 0);
+    axis.reduce((sum, v, k) => sum + (((corner >> k) & 1) - (k === 2 ? aside : 0.5)) * v * spans[k]! * shares[k]!, 0);
   let away = Math.min(0.2 * size, 20);
   for (let corner = 0; corner < 8; corner += 1) {
     const nearer = -along(way, corner);
     away = Math.max(away, nearer + Math.abs(along(right, corner)) / wide, nearer + Math.abs(along(up, corner)) / high);
   }
-  const aim: Vec3 = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, min[2] + 0.35 * (max[2] - min[2])];
+  const aim: Vec3 = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, min[2] + aside * spans[2]];
   pose.eye = aim.map((v, k) => v - way[k]! * away) as Vec3;
   return pose;
 }

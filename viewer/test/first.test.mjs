@@ -30,8 +30,11 @@ function cities(folder) {
   writeFileSync(join(folder, 'astray.obj'), obj.join('\n'));
   citylod(folder, 'import', 'park.city.json', '-o', 'park.citylod');
   citylod(folder, 'import', 'astray.obj', '-o', 'astray.citylod');
+  const tower = block('', 0, 0, 0, 20, 90);
+  writeFileSync(join(folder, 'tower.obj'), [...tower.vertices.map((v) => `v ${v.join(' ')}`), ...tower.faces.map((face) => `f ${face.map((v) => v + 1).join(' ')}`)].join('\n'));
+  citylod(folder, 'import', 'tower.obj', '-o', 'tower.citylod');
   citylod(folder, 'generate', '--objects', '23951', '-o', 'made.citylod');
-  return ['park', 'astray', 'made'].map((name) => join(folder, `${name}.citylod`));
+  return ['park', 'astray', 'tower', 'made'].map((name) => join(folder, `${name}.citylod`));
 }
 
 /** In the page: the classes of what the picture shows in a grid of points, row by row from below. */
@@ -73,7 +76,13 @@ test('the city fills a picture of any shape', { skip: missing }, () => withPage(
       assert.ok(found.every((share, k) => share >= least[k]), `${scene} at ${width} x ${height}: ${found}`);
     }
   }
+  // A tower is seen to its top.
+  await page.setViewportSize({ width: 1280, height: 720 });
+  await go(page, base, 'tower');
+  const rows = await page.evaluate(classes);
+  assert.ok(rows.at(-1).every((name) => name === '') && spread(rows, (name) => name !== '')[1] > 0.5);
   // Another shape before anyone moved: as if it had been opened so.
+  await go(page, base, 'astray');
   await page.setViewportSize({ width: 400, height: 900 });
   await page.waitForFunction(() => window.citylod.stage.viewport[0] === 400);
   const pose = () => page.evaluate(() => window.citylod.rig.pose);
@@ -93,3 +102,37 @@ test('land lies under what stands on it', { skip: missing }, () => withPage(citi
   assert.ok(count('Building') > 40, `${count('Building')} of 400 points show a building`);
   assert.ok(count('PlantCover') > 20, `${count('PlantCover')} of 400 points show the park`);
 }));
+
+test('what the page says of a service that is slow, has no room or is gone, and of a city of nothing', { skip: missing }, () => {
+  const nothing = (folder) => {
+    citylod(folder, 'generate', '--objects', '0', '-o', 'nothing.citylod');
+    return [...cities(folder), join(folder, 'nothing.citylod')];
+  };
+  return withPage(nothing, {}, async (page, { base }, errors) => {
+    await page.goto('about:blank');
+    await page.goto(`${base}/#scene=nothing`);
+    await page.waitForFunction(() => /no objects/.test(document.querySelector('.toast.shown')?.textContent ?? ''));
+    assert.equal(await page.locator('.waiting').isVisible(), false);
+    await page.route('**/collections', async (route) => {
+      await page.locator('.waiting').waitFor();
+      await route.fulfill({ status: 503, contentType: 'application/problem+json', body: '{"detail":"no room"}' });
+    });
+    await page.goto('about:blank');
+    await page.goto(`${base}/#scene=park`);
+    await page.locator('.despair', { hasText: 'no room' }).waitFor();
+    await page.unroute('**/collections');
+    await page.locator('.again').click();
+    await page.waitForFunction(shown, undefined, { timeout: 60_000 });
+    // What cannot be told of is not marked either.
+    await page.route('**/items*/**', (route) => route.abort());
+    const marked = () => page.evaluate(() => window.citylod.stage.uniforms.uPick.value);
+    await page.evaluate(() => {
+      const app = window.citylod;
+      for (let y = -0.9; y < 0.9; y += 0.05) if (app.stage.meet(0, y)?.object !== undefined) return app.click(0, y);
+    });
+    await page.locator('.toast.shown').waitFor();
+    assert.equal(await marked(), -1);
+    assert.ok(errors.every((text) => /503|ERR_FAILED/.test(text)), errors.join('\n'));
+    errors.length = 0;
+  });
+});
