@@ -119,7 +119,7 @@ pub(super) fn import(args: &ImportArgs, city: &Path) -> Result<()> {
         }
         _ => {}
     }
-    for line in standing.lines(&tree, field, &done) {
+    for line in standing.lines(&tree, field) {
         say!("{line}");
     }
     say!("{}: {}", output.display(), line(&pyramid));

@@ -107,7 +107,7 @@ fn summary(args: &InfoArgs, tree: &LodTree, ground: &Ground) -> serde_json::Valu
 fn bases(args: &InfoArgs, tree: &LodTree, is_laid: bool) -> String {
     let objects = text::counted(tree.base_unknown_count().into(), "object");
     let fate = if is_laid {
-        "set on the ground; at 0 where there is none under them".to_owned()
+        "set on the ground; as high as the nearest where there is none under them".to_owned()
     } else {
         let city = text::word(&args.file.to_string_lossy());
         format!("at 0 until ground is laid: citylod import ELEVATION --into {city}")
@@ -186,7 +186,11 @@ fn table(args: &InfoArgs, tree: &LodTree, ground: &Ground, out: &mut impl Write)
         )?;
         writeln!(out, "extent     {} m", text::point(bounds.size(), " x "))?;
     }
-    if let Some(overview) = Overview::of(tree) {
+    let height = |x: f64, y: f64| match ground {
+        Ground::Laid(pyramid) => pyramid.height_near(x, y),
+        Ground::None | Ground::Unlaid | Ground::Unusable(_) => None,
+    };
+    if let Some(overview) = Overview::on(tree, &height) {
         writeln!(out, "try        {}", example(args, &overview))?;
     }
     Ok(())

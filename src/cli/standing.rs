@@ -1,5 +1,6 @@
 //! How the objects of a city stand on ground, and setting them on it.
 
+use std::cell::LazyCell;
 use std::fmt;
 
 use anyhow::Result;
@@ -7,7 +8,7 @@ use anyhow::Result;
 use super::text;
 use crate::geom::{Aabb, DVec3};
 use crate::index::{self, LodTree};
-use crate::terrain::{Footing, HeightField, footing, ground_under};
+use crate::terrain::{Footing, HeightField, NearestGround, footing, ground_under};
 
 /// Up to this far above the highest or below the lowest ground under it, an object stands on it:
 /// what elevation of 10 to 30 m posts leaves open.
@@ -18,37 +19,34 @@ const TOLERANCE_M: f64 = 2.0;
 pub(super) struct SetDown {
     /// How many have ground under them.
     pub(super) set: u64,
-    /// Of those whose base is not known, the ones that stood on other ground before.
-    taken_back: Names,
     /// The city, where any of them moved.
     pub(super) city: Option<LodTree>,
 }
 
 /// Sets the objects whose base is not known, or `all`, on the lowest ground under their boxes.
 /// Heights and ids stay; a part that begins above its ground is set so far above it again.
-/// Where there is no ground, those whose base is not known go to 0, where they stood before any was
-/// laid, so that what ground was laid before does not matter; the others stay where they are.
+/// Where there is no ground, those whose base is not known stand as high as the nearest ground that
+/// is known, whatever ground was laid before: at 0 they would be far below a city in the hills, or
+/// far above one in a pit. The others stay where they are.
 pub(super) fn set_down(tree: &LodTree, field: &HeightField, all: bool) -> Result<SetDown> {
     let mut done = SetDown::default();
     if !all && tree.base_unknown_count() == 0 {
         return Ok(done);
     }
     let (mut scene, mut moved) = (tree.scene(), false);
+    let nearest = LazyCell::new(|| NearestGround::of(field));
     let to_set = scene.objects.iter_mut().filter(|o| all || !o.base_known);
     for object in to_set {
         let under = ground_under(field, &object.bounds);
         let base = match under {
             Some([low, _]) => low + object.lift_m,
             None if object.base_known => continue,
-            None => object.lift_m,
+            None => nearest.height(&object.bounds).unwrap_or_default() + object.lift_m,
         };
         done.set += u64::from(under.is_some());
         if object.bounds.min().z != base {
             object.bounds = standing_at(&object.bounds, base)?;
             moved = true;
-            if under.is_none() {
-                done.taken_back.add(&object.id);
-            }
         }
     }
     let city = moved.then(|| index::build(&scene, tree.promotion()));
@@ -137,7 +135,7 @@ impl Standing {
     }
 
     /// A warning for each that is named, and what they come to.
-    pub(super) fn lines(self, tree: &LodTree, field: &HeightField, done: &SetDown) -> Vec<String> {
+    pub(super) fn lines(self, tree: &LodTree, field: &HeightField) -> Vec<String> {
         let Self {
             named: mut lines,
             above,
@@ -162,7 +160,7 @@ impl Standing {
         let [known, unknown] = without;
         for (names, fate) in [
             (known, "stay where they are"),
-            (unknown, "stand as if it were at 0"),
+            (unknown, "stand as high as the nearest ground that is known"),
         ] {
             if names.count > 0 {
                 lines.push(format!(
@@ -170,13 +168,6 @@ impl Standing {
                     text::grouped(names.count)
                 ));
             }
-        }
-        let taken_back = &done.taken_back;
-        if taken_back.count > 0 {
-            lines.push(format!(
-                "warning: {} stood on ground that was laid before and went back to 0: {taken_back}",
-                text::counted(taken_back.count, "object")
-            ));
         }
         lines
     }

@@ -9,9 +9,10 @@
 mod active;
 mod feedback;
 mod overview;
+mod sights;
 mod work_out;
 
 pub use active::{Active, Culling, Effects, Ran};
 pub use feedback::Feedback;
-pub use overview::{Overview, densest};
+pub use overview::{GroundAt, Overview, densest};
 pub use work_out::Frame;

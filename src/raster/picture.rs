@@ -11,6 +11,7 @@ use super::projector::{Projector, Ray};
 use super::shadow::Shadows;
 use super::{IdBuffer, NONE, Relief};
 use crate::geom::{Aabb, DVec3, View};
+use crate::scene::{is_building, is_cover};
 
 /// A box as it is painted.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +27,7 @@ impl Solid {
     /// In the colours of its kind; the id picks one of several.
     pub fn by_class(bounds: Aabb, class: &str, id: &str) -> Self {
         Self {
-            bounds,
+            bounds: painted(bounds, class),
             colour: class_colour(class, crc32fast::hash(id.as_bytes())),
             storeys: has_storeys(class),
         }
@@ -35,7 +36,7 @@ impl Solid {
     /// In the colour of its level of detail, 0 the finest.
     pub fn by_level(bounds: Aabb, class: &str, level: u32) -> Self {
         Self {
-            bounds,
+            bounds: painted(bounds, class),
             colour: level_colour(level),
             storeys: has_storeys(class),
         }
@@ -43,7 +44,14 @@ impl Solid {
 }
 
 fn has_storeys(class: &str) -> bool {
-    class.starts_with("Building")
+    is_building(class)
+}
+
+/// What covers the ground is painted as a sheet at its lowest: a box would bury what stands on it.
+fn painted(bounds: Aabb, class: &str) -> Aabb {
+    let (low, high) = (bounds.min(), bounds.max());
+    let sheet = Aabb::new(low, high.with_z(low.z)).ok();
+    sheet.filter(|_| is_cover(class, &bounds)).unwrap_or(bounds)
 }
 
 /// Rows of pixels, red, green, blue, 8 bits each in sRGB, from the top.

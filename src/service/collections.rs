@@ -15,6 +15,7 @@ use super::problem::Problem;
 use super::routes::SceneName;
 use super::scenes::City;
 use super::shared::Shared;
+use crate::frame::Overview;
 
 #[derive(Serialize)]
 struct List<'a> {
@@ -40,9 +41,30 @@ struct Collection<'a> {
     /// What the scene declares.
     effects: &'a crate::scene::Effects,
     ground: Option<Ground>,
+    overview: Option<View>,
     revision: String,
     max_boxes: u32,
     links: Vec<Link<'a>>,
+}
+
+/// A place to see it from, and a box about what is seen from there.
+#[derive(Serialize)]
+struct View {
+    eye: [f64; 3],
+    target: [f64; 3],
+    far_dist_m: f64,
+    bounds: [f64; 6],
+}
+
+impl View {
+    fn of(overview: &Overview) -> Self {
+        Self {
+            eye: overview.eye.to_array(),
+            target: overview.target.to_array(),
+            far_dist_m: overview.far_dist,
+            bounds: overview.bounds.to_array(),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -101,6 +123,7 @@ impl<'a> Collection<'a> {
             promotion: promotion_name(tree.promotion()),
             effects: tree.effects(),
             ground: city.land().map(Ground::of),
+            overview: city.overview().map(View::of),
             revision: tree.revision(),
             max_boxes: MOST_BOXES,
             links: vec![

@@ -113,7 +113,7 @@ impl Greeting {
             example: scenes
                 .iter()
                 .next()
-                .map(|city| (city.path(), city.example_request().to_owned())),
+                .map(|city| (city.path(), city.example_request())),
         }
     }
 

@@ -29,7 +29,7 @@ pub fn render(scenes: &Scenes, host: &str, viewer: Viewer) -> String {
     let base = format!("http://{host}");
     let command = scenes.iter().next().map_or_else(
         || format!("curl -s {base}/collections"),
-        |city| curl(&base, &city.path(), city.example_request()),
+        |city| curl(&base, &city.path(), &city.example_request()),
     );
     let notice = match viewer {
         Viewer::There => "",

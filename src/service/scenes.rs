@@ -60,7 +60,7 @@ pub struct City {
     revision_header: HeaderValue,
     etag: HeaderValue,
     plan: OnceLock<Bytes>,
-    example: OnceLock<String>,
+    overview: OnceLock<Option<Overview>>,
 }
 
 impl City {
@@ -78,7 +78,7 @@ impl City {
             revision_header: header(&revision),
             revision,
             plan: OnceLock::new(),
-            example: OnceLock::new(),
+            overview: OnceLock::new(),
             name,
             tree,
             land,
@@ -140,18 +140,25 @@ impl City {
             .clone()
     }
 
+    /// Where it is seen well from; looked for when it is first asked for.
+    pub fn overview(&self) -> Option<&Overview> {
+        let height = |x: f64, y: f64| self.land.as_ref()?.pyramid().height_near(x, y);
+        let overview = self
+            .overview
+            .get_or_init(|| Overview::on(&self.tree, &height));
+        overview.as_ref()
+    }
+
     /// A request worth trying: some thousand objects of the city, from above its south.
-    pub fn example_request(&self) -> &str {
-        self.example.get_or_init(|| match Overview::of(&self.tree) {
-            Some(overview) => {
-                let (eye, target) = (overview.eye.to_array(), overview.target.to_array());
-                let far = overview.far_dist;
-                format!(
-                    r#"{{"camera":{{"eye":{eye:?},"target":{target:?}}},"lod":{{"far_dist_m":{far}}}}}"#
-                )
-            }
-            None => r#"{"camera":{"eye":[0,0,100],"target":[0,100,0]}}"#.into(),
-        })
+    pub fn example_request(&self) -> String {
+        let Some(overview) = self.overview() else {
+            return r#"{"camera":{"eye":[0,0,100],"target":[0,100,0]}}"#.into();
+        };
+        let (eye, target) = (overview.eye.to_array(), overview.target.to_array());
+        let far = overview.far_dist;
+        format!(
+            r#"{{"camera":{{"eye":{eye:?},"target":{target:?}}},"lod":{{"far_dist_m":{far}}}}}"#
+        )
     }
 }
 

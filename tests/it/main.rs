@@ -81,6 +81,8 @@ mod served;
 mod service;
 /// Culling, "inside" and distances against exact arithmetic, and the oracle against what is plain.
 mod stability;
+/// The view that `info` suggests shows what a person wants to see, in awkward cities too.
+mod suggested;
 /// Random scenes and cameras.
 mod support;
 /// The ground: blocks, criteria, meshes without cracks, heights between posts.

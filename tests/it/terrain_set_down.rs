@@ -90,9 +90,11 @@ fn assert_stands(desk: &Desk, bases: [f64; 4]) {
     }
 }
 
-/// The lowest ground is under the south-east corner of a box. Posts are kept as f32.
-fn expected(top: f64) -> [f64; 2] {
-    [height(top, 1011.0, 5.0), height(top, 1055.0, 5.0)]
+/// The lowest ground is under the south-east corner of a box. Posts are kept as f32. What lies beyond
+/// stands as high as the nearest post does, the last one of the row that it is beside.
+fn expected(top: f64) -> [f64; 3] {
+    let lowest = |x| height(top, x, 5.0);
+    [lowest(1011.0), lowest(1055.0), height(top, 1110.0, 10.0)]
 }
 
 #[test]
@@ -130,31 +132,31 @@ fn footprints_without_a_base_are_set_on_the_ground_and_set_anew() {
         files()
     };
     let high = lay("high.asc");
-    let [a, b] = expected(1600.0);
-    assert_stands(&desk, [a, b, 0.0, 700.0]);
+    let [a, b, beyond] = expected(1600.0);
+    assert_stands(&desk, [a, b, beyond, 700.0]);
     assert_eq!(lay("high.asc"), high, "a second time changes nothing");
     let told = desk.out("info city.citylod --check");
     assert!(
         told.contains(
-            "bases      not known of 3 objects; set on the ground; at 0 where there is none"
+            "bases      not known of 3 objects; set on the ground; as high as the nearest where there is none"
         ),
         "{told}"
     );
     lay("low.asc");
-    let [a, b] = expected(40.0);
-    assert_stands(&desk, [a, b, 0.0, 700.0]);
+    let [a, b, beyond] = expected(40.0);
+    assert_stands(&desk, [a, b, beyond, 700.0]);
     lay("high.asc");
-    let [a, b] = expected(1600.0);
-    assert_stands(&desk, [a, b, 0.0, 700.0]);
+    let [a, b, beyond] = expected(1600.0);
+    assert_stands(&desk, [a, b, beyond, 700.0]);
 }
 
 /// What ground was laid before does not matter to where a footprint without a base stands.
 #[test]
-fn footprints_that_other_ground_does_not_reach_go_back() {
+fn footprints_that_other_ground_does_not_reach_stand_as_high_as_the_nearest() {
     let desk = desk();
     desk.out("import high.asc --into city.citylod");
-    let [a, b] = expected(1600.0);
-    assert_stands(&desk, [a, b, 0.0, 700.0]);
+    let [a, b, beyond] = expected(1600.0);
+    assert_stands(&desk, [a, b, beyond, 700.0]);
     // As many columns, of which the first four end west of b.
     let rows = slope(40.0);
     let (head, heights) = rows.split_once('\n').unwrap();
@@ -168,16 +170,14 @@ fn footprints_that_other_ground_does_not_reach_go_back() {
     assert_eq!(run.code, Some(0), "{}", run.err);
     for words in [
         "of 4 objects, 1 have no ground under them and stay where they are; the ground reaches from 1000 0 to 1030 30: known",
-        "of 4 objects, 2 have no ground under them and stand as if it were at 0; the ground reaches from 1000 0 to 1030 30: ",
-        "warning: 1 object stood on ground that was laid before and went back to 0: b\n",
+        "of 4 objects, 2 have no ground under them and stand as high as the nearest ground that is known; the ground reaches from 1000 0 to 1030 30: ",
         "city.citylod: 1 object set on the lowest ground",
     ] {
         assert!(run.err.contains(words), "{words:?} is not in {}", run.err);
     }
-    let [a, _] = expected(40.0);
-    assert_stands(&desk, [a, 0.0, 0.0, 700.0]);
-    let run = desk.run("import narrow.asc --into city.citylod");
-    assert!(!run.err.contains("went back"), "{}", run.err);
+    let [a, ..] = expected(40.0);
+    let east = height(40.0, 1030.0, 10.0);
+    assert_stands(&desk, [a, east, east, 700.0]);
 }
 
 /// A roof 4 m above its ground stays so, whatever ground is laid and taken away.
@@ -205,10 +205,14 @@ fn parts_that_begin_above_the_ground_are_kept_so() {
         })
     };
     assert_eq!(heights(), [4.0, 4.0]);
+    let on = |top| [expected(top)[0], expected(top)[1]];
     for (name, [a, b]) in [
-        ("high.asc", expected(1600.0)),
-        ("low.asc", expected(40.0)),
-        ("west.asc", [height(16.0, 1011.0, 5.0), 0.0]),
+        ("high.asc", on(1600.0)),
+        ("low.asc", on(40.0)),
+        (
+            "west.asc",
+            [height(16.0, 1011.0, 5.0), height(16.0, 1030.0, 10.0)],
+        ),
     ] {
         let run = desk.run(&format!("import {name} --into city.citylod"));
         assert_eq!(run.code, Some(0), "{}", run.err);
@@ -249,7 +253,7 @@ fn draped_parts_are_kept_above_their_ground() {
         let run = desk.run(&format!("import {name} --into city.citylod --drape"));
         assert_eq!(run.code, Some(0), "{}", run.err);
         assert!(!run.err.contains("its base is"), "{}", run.err);
-        let [a, b] = expected(top);
+        let [a, b, _] = expected(top);
         for (found, expected) in bases().into_iter().zip([a + 4.0, b]) {
             assert!(
                 (found - expected).abs() < 1e-3,
@@ -281,8 +285,8 @@ fn drape_sets_all_objects_on_the_ground() {
     assert_eq!(run.code, Some(0), "{}", run.err);
     assert!(run.err.contains("3 objects set on"), "{}", run.err);
     assert!(!run.err.contains("its base is"), "{}", run.err);
-    let [a, b] = expected(1600.0);
-    assert_stands(&desk, [a, b, 0.0, height(1600.0, 1088.0, 5.0)]);
+    let [a, b, beyond] = expected(1600.0);
+    assert_stands(&desk, [a, b, beyond, height(1600.0, 1088.0, 5.0)]);
     desk.refuses("import city.geojsonl -o a.citylod --drape", 2, &["--drape"]);
     desk.refuses(
         "import high.asc --into city.citylod --promote largest",

@@ -17,7 +17,17 @@ export interface Collection {
   promotion: string;
   effects: DeclaredEffects;
   ground: DeclaredGround | null;
+  /** From where it is seen well; a service may not tell. */
+  overview?: Overview | null;
   revision: string;
+}
+
+/** A camera, the far distance that goes with it, and a box about what it shows. */
+export interface Overview {
+  eye: Vec3;
+  target: Vec3;
+  far_dist_m: number;
+  bounds: [number, number, number, number, number, number];
 }
 
 /** How the posts of the ground lie. */

@@ -8,12 +8,11 @@ import { watch } from './device';
 import * as hash from './hash';
 import { effects, type Knobs, KNOBS, lod } from './knobs';
 import { extent, home } from './overview';
-import { Panel } from './panel';
-import { Picked } from './panel/picked';
 import { Rig, type Way } from './rig';
 import { Input } from './rig/input';
-import { FOV_Y, type Pose, Stage } from './stage';
+import { type Pose, Stage } from './stage';
 import type { Sample } from './stage/timing';
+import type { Surroundings } from './surroundings';
 import { tour } from './tour';
 import { about } from './why';
 
@@ -22,21 +21,6 @@ const AWAKE = 1500;
 
 /** Figures are written so often, ms. */
 const FIGURES = 160;
-
-export interface Surroundings {
-  canvas: HTMLCanvasElement;
-  panel: Panel;
-  picked: Picked;
-  /** Tells the user something for a while. */
-  toast(text: string): void;
-  /** The state that buttons show. */
-  buttons(state: { way: Way; frozen: boolean; touring: boolean }): void;
-  /** Another city is shown. */
-  opened(collection: Collection): void;
-  /** The service has another city now under the name of this one. */
-  reload(): void;
-  night(): boolean;
-}
 
 export class App {
   knobs: Knobs = KNOBS;
@@ -131,7 +115,7 @@ export class App {
     this.rig.choose(place.way ?? 'orbit');
     this.buttons();
     const { eye, look } = place;
-    this.rig.jump(eye && look ? { eye: city.relative(eye), heading: look[0], pitch: look[1] } : home(city.bounds));
+    this.rig.jump(eye && look ? { eye: city.relative(eye), heading: look[0], pitch: look[1] } : this.first);
     this.around.opened(collection);
     this.set({});
   }
@@ -163,18 +147,18 @@ export class App {
     this.buttons();
   }
 
-  /** Back to where the whole city is seen. */
+  /** Back to where the city was seen first. */
   reset(): void {
     this.tour(false);
     if (this.rig.way === 'walk') this.rig.choose('orbit');
-    if (this.city) this.rig.go(home(this.city.bounds));
+    this.rig.go(this.first);
     this.buttons();
     this.stir();
   }
 
   tour(on = !this.pilot): void {
     const was = this.pilot !== undefined;
-    this.pilot = on && this.city ? tour(this.city.bounds, this.rig.pose) : undefined;
+    this.pilot = on && this.city ? tour(this.city.sights, this.rig.pose) : undefined;
     this.started = performance.now();
     if (on && this.rig.way === 'walk') this.rig.choose('fly');
     if (was !== on) this.buttons();
@@ -260,8 +244,8 @@ export class App {
     const { city, knobs } = this;
     if (!city || this.frozen || !city.ready) return;
     const controlled = knobs.controller && knobs.mode === 'range';
-    const { turn: quaternion, viewport } = this.stage;
-    const camera: Camera = { eye: city.absolute(this.rig.pose.eye), quaternion, fov_y_deg: FOV_Y, viewport };
+    const { turn: quaternion, fov: fov_y_deg, viewport } = this.stage;
+    const camera: Camera = { eye: city.absolute(this.rig.pose.eye), quaternion, fov_y_deg, viewport };
     const ask: Ask = { camera, lod: lod(knobs), effects: effects(knobs, city.collection.effects, this.rig.speed) };
     const same = JSON.stringify(ask) === JSON.stringify({ ...this.asked, feedback: undefined });
     if (same && !this.due && !(controlled && this.untold.any)) return;
@@ -321,9 +305,10 @@ export class App {
     this.stir();
     try {
       const from = this.frozen?.pose ?? this.rig.pose;
-      const { item, why, link } = await about(hit.object, city, from.eye, this.stage.viewport[1], this.knobs, this.frozen !== undefined);
+      const { item, why, link } = await about(hit.object, city, from.eye, this.stage, this.knobs, this.frozen !== undefined);
       this.around.picked.show(item, why, link);
     } catch (error) {
+      this.unpick();
       this.problem({ detail: error instanceof Error ? error.message : String(error) });
     }
   }
@@ -341,6 +326,11 @@ export class App {
 
   private problem(problem: Problem): void {
     this.around.toast(told(problem));
+  }
+
+  /** From where the city is seen first. */
+  private get first(): Pose {
+    return this.city ? home(this.city.sights, this.stage.opening) : this.rig.pose;
   }
 
   private get extent(): number {
@@ -390,7 +380,10 @@ export class App {
   private resize(): void {
     const { clientWidth, clientHeight } = this.around.canvas;
     if (clientWidth > 0 && clientHeight > 0) {
+      const { first, rig } = this;
       this.stage.resize(clientWidth, clientHeight, Math.min(devicePixelRatio || 1, 2));
+      // Who has not moved yet sees the city in the new shape too.
+      if (JSON.stringify(rig.pose) === JSON.stringify(first)) rig.jump(this.first);
       this.stir(true);
     }
   }

@@ -2,6 +2,7 @@
 
 import { type Answer, type Ask, type Collection, type Problem, Refused, type Vec3 } from './api';
 import { type Chunk, Chunks } from './chunks';
+import { covers, isCover } from './cover';
 import { Levels } from './knobs';
 import { Link, type Way } from './link';
 import type { Bounds } from './overview';
@@ -23,6 +24,9 @@ export interface CityEvents {
 /** Ground that rises less than this among nine of ten boxes counts as even, m. */
 const EVEN = 3;
 
+/** The plane lies so far under what covers it, m. */
+const UNDER = 1;
+
 export class City {
   readonly levels: Levels;
   readonly chunks: Chunks;
@@ -43,7 +47,7 @@ export class City {
       if (status === 0 || status === 409) return;
       events.problem({ detail: `Boxes could not be fetched: ${error instanceof Error ? error.message : String(error)}` });
     });
-    this.instances = new Instances(this.chunks, (object) => this.levels.of(object));
+    this.instances = new Instances(this.chunks, (object) => this.levels.of(object), covers(classes));
     this.link = new Link(id, {
       answer: (answer) => this.take(answer),
       problem: (problem) => events.problem(problem),
@@ -84,6 +88,16 @@ export class City {
     };
   }
 
+  /** The same about what is seen first. */
+  get sights(): Bounds {
+    const bounds = this.collection.overview?.bounds;
+    if (!bounds) return this.bounds;
+    return {
+      min: this.relative([bounds[0], bounds[1], bounds[2]]),
+      max: this.relative([bounds[3], bounds[4], bounds[5]]),
+    };
+  }
+
   close(): void {
     this.link.close();
     this.chunks.close();
@@ -111,7 +125,9 @@ export class City {
       const low = floors[Math.floor(floors.length * 0.05)] ?? 0;
       const high = floors[Math.floor(floors.length * 0.95)] ?? 0;
       const even = high - low < EVEN;
-      this.events.ground(even ? low : this.bounds.min[2], even);
+      // Sheets that cover the ground lie on the plane, not under it.
+      const under = this.collection.classes.some(isCover) ? this.bounds.min[2] - UNDER : low;
+      this.events.ground(even ? under : this.bounds.min[2], even);
     }
     this.events.arrived();
   }

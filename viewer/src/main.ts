@@ -1,7 +1,7 @@
 /** The page: finds the scenes, brings the picture and the buttons together. */
 
 import './style.css';
-import { type Collection, json } from './api';
+import { type Collection, json, passes } from './api';
 import * as hash from './hash';
 import { dock } from './panel/dock';
 import { h } from './panel/dom';
@@ -89,6 +89,7 @@ async function start(): Promise<void> {
     if (!otherwise) return toast('No scene is being served any more.');
     const { collection, place, faults } = hash.settle(hash.read(address), collections, otherwise);
     app?.open(collection, place);
+    if (collection.objects === 0) news = [...news, 'This city has no objects: there is nothing to see.'];
     if (news.length + faults.length > 0) toast([...news, ...faults].join(' '));
   }
 
@@ -168,4 +169,8 @@ async function start(): Promise<void> {
   });
 }
 
-start().catch((error: unknown) => despair('The city cannot be shown.', error instanceof Error ? error.message : String(error)));
+start().catch((error: unknown) => {
+  despair('The city cannot be shown.', error instanceof Error ? error.message : String(error));
+  const again = h('button', { type: 'button', class: 'again', onclick: () => location.reload() }, 'Try again');
+  if (passes(error)) document.querySelector('.despair')?.append(again);
+});

@@ -5,25 +5,25 @@ import type { City } from './city';
 import type { Knobs } from './knobs';
 import type { Why } from './panel/picked';
 import { length, short } from './panel/dom';
-import { FOV_Y } from './stage';
+import type { Stage } from './stage';
 
 /** An object, why it is drawn, and where all of it is; for an eye relative to the scene's origin. */
 export async function about(
-  object: number, city: City, eye: Vec3, height: number, knobs: Knobs, frozen: boolean,
+  object: number, city: City, eye: Vec3, stage: Stage, knobs: Knobs, frozen: boolean,
 ): Promise<{ item: Item; why: Why; link: string }> {
   const link = at(city.collection.id, `/items/${encodeURIComponent(await city.chunks.id(object))}`);
   const item = await json<Item>(link);
-  return { item, why: why(item, city.absolute(eye), height, city, knobs, frozen), link };
+  return { item, why: why(item, city.absolute(eye), stage.viewport[1] / stage.opening.high, city, knobs, frozen), link };
 }
 
-/** For an eye in scene coordinates and a picture so many pixels high. */
-function why(item: Item, eye: Vec3, height: number, city: City, knobs: Knobs, frozen: boolean): Why {
+/** For an eye in scene coordinates; what is as large as its distance is `scale` / 2 pixels high. */
+function why(item: Item, eye: Vec3, scale: number, city: City, knobs: Knobs, frozen: boolean): Why {
   const [x0, y0, z0, x1, y1, z1] = item.bounds;
   const off = (v: number, low: number, high: number) => Math.max(low - v, 0, v - high);
   const distance = Math.hypot(off(eye[0], x0, x1), off(eye[1], y0, y1), off(eye[2], z0, z1));
   const diagonal = Math.hypot(x1 - x0, y1 - y0, z1 - z0);
   // The size that error_px speaks of: the diagonal at the nearest point.
-  const size_px = distance > 0 ? (diagonal * height) / (2 * distance * Math.tan((FOV_Y * Math.PI) / 360)) : Infinity;
+  const size_px = distance > 0 ? (diagonal * scale) / (2 * distance) : Infinity;
   const is = frozen ? 'was' : 'is';
   return { distance, size_px, sentence: sentence(item.level, size_px, city, knobs, is) };
 }

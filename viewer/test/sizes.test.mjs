@@ -74,7 +74,7 @@ test('a house and a region are seen from where they are seen best', { skip: miss
 
   await go('region');
   const flight = await page.evaluate(pace);
-  assert.ok(flight > 200, `${flight} m in a second`);
+  assert.ok(flight > 30, `${flight} m in a second`);
   for (const eye of [[0, 0, 80_000], [-60_000, -60_000, 30_000], [90_000, 0, 100], [40_000, 40_000, 5], [0, 0, 60]]) {
     const { near, far, depth, above, clear } = await page.evaluate(depths, eye);
     const where = `from ${eye}: near ${near}, far ${far}, corners ${Math.min(...depth)} to ${Math.max(...depth)}`;

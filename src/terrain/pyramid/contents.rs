@@ -31,6 +31,31 @@ impl Pyramid {
         })
     }
 
+    /// The height of the post that is nearest to a place, m; `None` beyond the raster, where it is
+    /// unknown and where its tile is damaged. Reads one tile.
+    pub fn height_near(&self, x: f64, y: f64) -> Option<f64> {
+        let (tiling, grid) = (&self.tiling, self.tiling.layout().grid());
+        let post = |at: f64, count: u32| {
+            let at = at.round();
+            (at >= 0.0 && at < f64::from(count)).then_some(at as u32)
+        };
+        let column = post((x - grid.origin().x) / grid.spacing().x, grid.columns())?;
+        let row = post((y - grid.origin().y) / grid.spacing().y, grid.rows())?;
+        let levels = tiling.tile_levels();
+        // The last post belongs to the tile before it.
+        let tile = |at: u32| at.saturating_sub(1) >> levels;
+        let (tile_x, tile_y) = (tile(column), tile(row));
+        let node = Node {
+            level: tiling.finest(),
+            x: tile_x,
+            y: tile_y,
+        };
+        let [across, up] = [column - (tile_x << levels), row - (tile_y << levels)];
+        let heights = self.tile(node).ok()?.heights;
+        let height = heights[up as usize * tiling.tile_side() + across as usize];
+        (!height.is_nan()).then(|| height.into())
+    }
+
     /// What is known of a node that has a tile or lies in one of the finest, cells excepted;
     /// [`NodeRecord::NOTHING`] beyond the ground. As it stands in the file: its checksum is that
     /// of the block ([`Pyramid::records`]).

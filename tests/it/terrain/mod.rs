@@ -6,6 +6,8 @@ mod examine;
 mod hard_ground;
 /// Heights between posts.
 mod heights;
+/// The nearest known ground against a look at every post.
+mod nearest;
 /// Patches drawn from tiles against meshes; the bound of the error on the screen.
 pub mod patches;
 /// Real and made-up ground, and eyes about it.

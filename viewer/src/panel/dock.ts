@@ -49,7 +49,7 @@ export function dock(events: DockEvents): Dock {
     pad,
     h('div', { class: 'card' },
       ways.element, freeze, tour,
-      button('home', 'Home', 'The whole city (Home)', events.home),
+      button('home', 'Home', 'Back to the first view (Home)', events.home),
       button('help', 'Help', 'Keys and gestures (?)', events.help)));
   return {
     element,

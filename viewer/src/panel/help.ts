@@ -10,7 +10,7 @@ const GROUPS: [string, [string, string][]][] = [
     ['+ −', 'Nearer, farther'],
     ['E Q', 'Up, down'],
     ['Shift', 'Faster'],
-    ['Home', 'The whole city'],
+    ['Home', 'Back to the first view'],
     ['T', 'Tour'],
   ]],
   ['Mouse', [

@@ -179,7 +179,9 @@ export class Rig {
     pose.eye = pose.eye.map((v, i) => v + (glide.to.eye[i]! - v) * k) as Vec3;
     pose.heading += turn * k;
     pose.pitch += (glide.to.pitch - pose.pitch) * k;
-    const left = Math.hypot(...pose.eye.map((v, i) => glide.to.eye[i]! - v));
+    // On foot the ground there decides how high: what was known of it from here may lie below it.
+    const axes = this.way === 'walk' ? 2 : 3;
+    const left = Math.hypot(...pose.eye.slice(0, axes).map((v, i) => glide.to.eye[i]! - v));
     if (left < 0.05 && Math.abs(turn) < 0.05) {
       this.pose = { ...glide.to, eye: [...glide.to.eye] };
       this.glide = undefined;

@@ -39,7 +39,16 @@ export interface Pose {
 }
 
 /** Full vertical angle of the view, degrees. */
-export const FOV_Y = 60;
+const FOV_Y = 60;
+
+/** No wider than this to the sides, degrees: beyond it, what is near the edge is drawn out of shape. */
+const WIDEST = 100;
+
+/** How far a picture of this shape opens upwards, degrees. */
+function fovY(aspect: number): number {
+  const half = (degrees: number) => Math.tan((degrees * Math.PI) / 360);
+  return (Math.atan(Math.min(half(FOV_Y), half(WIDEST) / aspect)) * 360) / Math.PI;
+}
 
 /** Most rings drawn on the ground. */
 const RINGS = 8;
@@ -237,13 +246,26 @@ export class Stage {
   resize(width: number, height: number, ratio: number): void {
     this.renderer.setPixelRatio(this.slow ? 1 : ratio);
     this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / height;
+    const { camera } = this;
+    camera.aspect = width / height;
+    camera.fov = fovY(camera.aspect);
   }
 
   /** Width and height of the picture, pixels. */
   get viewport(): [number, number] {
     const { width, height } = this.renderer.domElement;
     return [width, height];
+  }
+
+  /** How far the picture opens upwards, degrees. */
+  get fov(): number {
+    return this.camera.fov;
+  }
+
+  /** Half the height and half the width of the picture, at a distance of 1. */
+  get opening(): { high: number; wide: number } {
+    const high = Math.tan((this.camera.fov * Math.PI) / 360);
+    return { high, wide: high * this.camera.aspect };
   }
 
   /** How the camera is turned: x, y, z, w. */

@@ -39,10 +39,11 @@ export class Instances {
   private holes: number[] = [];
   private dirty: number[] = [];
 
-  /** `levelOf` tells the level of an object by its number. */
+  /** `levelOf` tells the level of an object by its number; `covers` whether a kind of thing lies on the ground. */
   constructor(
     private readonly chunks: Chunks,
     private readonly levelOf: (object: number) => number,
+    private readonly covers: (kind: number, wide: number, high: number) => boolean,
   ) {
     cube(this.geometry);
     volume(this.volumes, SUN);
@@ -165,9 +166,11 @@ export class Instances {
     data[k + 3] = object;
     data[k + 4] = boxes[b + 3]!;
     data[k + 5] = boxes[b + 4]!;
-    data[k + 6] = boxes[b + 5]!;
-    const kind = Math.min(chunk.classes?.[at] ?? 0, CLASSES - 1);
-    data[k + 7] = kind + CLASSES * this.levelOf(object);
+    const kind = chunk.classes?.[at] ?? 0;
+    const [wide, high] = [Math.max(data[k + 4]! - data[k]!, data[k + 5]! - data[k + 1]!), boxes[b + 5]! - data[k + 2]!];
+    // What covers the ground is a sheet at its lowest: a box would bury what stands on it.
+    data[k + 6] = this.covers(kind, wide, high) ? data[k + 2]! : boxes[b + 5]!;
+    data[k + 7] = Math.min(kind, CLASSES - 1) + CLASSES * this.levelOf(object);
     chunk.slots[at] = slot;
     this.dirty.push(slot);
   }
