@@ -165,9 +165,11 @@ pub(super) struct Last {
 
 /// Frames follow one another while the eye moves by no more than this share of the city.
 const STEP: f64 = 0.01;
-/// What sizes change by from frame to frame at most, as a ratio; mostly by as much as in the frame
-/// before.
+/// What sizes change by from frame to frame, as a ratio, where nothing is known of the frame before;
+/// mostly they change by as much as in that one.
 const FRAME: f64 = 1.01;
+/// And at most: to look farther than that takes longer than to look twice.
+const FARTHEST: f64 = 1.05;
 /// And at least, that not every bend in a path is a miss.
 const STILL: f64 = 1.001;
 /// What a survey may stray by.
@@ -192,7 +194,7 @@ impl Last {
         let growth = f64::from(budget.max(1)) / f64::from(self.budget.max(1));
         let width = if budget == self.budget {
             // Sizes lie the farther apart the fewer there are.
-            (self.strayed * self.strayed + 1.0 / f64::from(budget.max(1))).clamp(STILL, FRAME)
+            (self.strayed * self.strayed + 1.0 / f64::from(budget.max(1))).clamp(STILL, FARTHEST)
         } else {
             FRAME
         };

@@ -4,9 +4,10 @@ use serde::Serialize;
 
 use super::full_detail::ranked;
 use super::scan::Scan;
-use super::viewpoint::viewpoints;
+use super::viewpoint::{Viewpoint, viewpoints};
 use crate::experiment::ReportError;
 use crate::experiment::timing::{median, median_us};
+use crate::geom::View;
 use crate::index::LodTree;
 use crate::lod::{BudgetLod, ErrorLod, Lod, Selection, select};
 
@@ -22,10 +23,10 @@ pub(super) struct Speed {
     pub(super) views: usize,
     /// The same view again and again, as the scans.
     pub(super) error_us: f64,
-    /// A frame after another, the camera moving.
+    /// A frame after another, the camera moving: the mean of its path.
     pub(super) moving_error_us: f64,
     pub(super) moving_budget_us: f64,
-    /// The first frame of all, its memory included.
+    /// The same frames, each as if it were the first of all, its memory included.
     pub(super) first_error_us: f64,
     pub(super) first_budget_us: f64,
     /// Every object, eight at a time in f32, from tables made for it.
@@ -72,21 +73,24 @@ pub(super) fn measure(tree: &LodTree, scan: &Scan) -> Result<Vec<Speed>, ReportE
             };
             let error = Lod::Error(error);
             let error_us = median_us(SAMPLES, || select(tree, view, &error, &mut selection));
-            // Where sizes tie there are more of them.
-            let budget = Lod::Budget(BudgetLod::new(selection.count()));
-            let modes = [error, budget];
-            let moving = modes.map(|lod| {
-                let two_us = median_us(SAMPLES, || {
-                    select(tree, &viewpoint.next, &lod, &mut selection);
-                    select(tree, view, &lod, &mut selection);
-                });
-                two_us / 2.0
+            let Some(path) = path(tree, &viewpoint, count, &mut selection) else {
+                continue;
+            };
+            let frame_us = |us: f64| us / path.len() as f64;
+            let moving = MODES.map(|mode| {
+                frame_us(median_us(SAMPLES, || {
+                    for frame in &path {
+                        select(tree, frame.view, &frame.lods[mode], &mut selection);
+                    }
+                }))
             });
-            let first = modes.map(|lod| {
-                median_us(SAMPLES, || {
-                    selection = Selection::default();
-                    select(tree, view, &lod, &mut selection);
-                })
+            let first = MODES.map(|mode| {
+                frame_us(median_us(SAMPLES, || {
+                    for frame in &path {
+                        selection = Selection::default();
+                        select(tree, frame.view, &frame.lods[mode], &mut selection);
+                    }
+                }))
             });
             times.push(Times {
                 count,
@@ -107,6 +111,43 @@ pub(super) fn measure(tree: &LodTree, scan: &Scan) -> Result<Vec<Speed>, ReportE
         )
     });
     Ok(rows.collect())
+}
+
+/// A frame of a camera's path, and two ways to ask for the same objects.
+struct Frame<'a> {
+    view: &'a View,
+    lods: [Lod; 2],
+}
+
+/// Error mode and budget mode, in this order.
+const MODES: [usize; 2] = [0, 1];
+
+/// The frames from a viewpoint on, for so many objects; where sizes tie there are more of them.
+/// `None` where a frame has not as many, or the eye is inside them all.
+fn path<'a>(
+    tree: &LodTree,
+    viewpoint: &'a Viewpoint,
+    count: usize,
+    selection: &mut Selection,
+) -> Option<Vec<Frame<'a>>> {
+    let frame = |view: &'a View| {
+        let most = Lod::Budget(BudgetLod::new(count as u32));
+        select(tree, view, &most, selection);
+        if (selection.count() as usize) < count {
+            return None;
+        }
+        let sizes = selection.objects().filter_map(|object| {
+            let bounds = tree.bounds_of(object)?;
+            Some(view.size_px(&bounds))
+        });
+        let px = sizes.fold(f64::INFINITY, f64::min);
+        let error = Lod::Error(ErrorLod::new(px).ok()?);
+        select(tree, view, &error, selection);
+        let budget = Lod::Budget(BudgetLod::new(selection.count()));
+        let lods = [error, budget];
+        Some(Frame { view, lods })
+    };
+    viewpoint.path.iter().map(frame).collect()
 }
 
 fn speed(objects: u32, count: usize, times: &[Times]) -> Option<Speed> {

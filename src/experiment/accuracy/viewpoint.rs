@@ -11,12 +11,14 @@ pub(super) const VIEWPORT: [u32; 2] = [1280, 720];
 pub(super) struct Viewpoint {
     pub(super) name: &'static str,
     pub(super) view: View,
-    /// What is seen a frame later, [`FRAME_M`] to the side.
-    pub(super) next: View,
+    /// What is seen frame after frame from there on, [`FRAME_M`] to the side each time.
+    pub(super) path: Vec<View>,
 }
 
 /// How far a camera moves from frame to frame, m: 30 m/s at 60 frames a second.
 const FRAME_M: f64 = 0.5;
+/// Frames of a path: too many for the processor to know by heart.
+const FRAMES: u32 = 64;
 
 /// Height of eyes above the street, m.
 const EYE_LEVEL_M: f64 = 1.7;
@@ -86,7 +88,9 @@ fn viewpoint(
     Ok(Viewpoint {
         name,
         view: from(eye)?,
-        next: from(eye + DVec3::X * FRAME_M)?,
+        path: (1..=FRAMES)
+            .map(|frame| from(eye + DVec3::X * FRAME_M * f64::from(frame)))
+            .collect::<Result<_, _>>()?,
     })
 }
 
