@@ -41,8 +41,8 @@ pub(super) fn text(measured: &Measured, summaries: &[Summary]) -> String {
         let _ = write!(
             out,
             "\n{} of {} objects: error mode {:.0} µs, one at a time {:.0} times as long, eight at \
-             a time {:.0} times (at least {:.0}), budget mode {:.1} times, in the first frame \
-             {:.1} times.",
+             a time {:.0} times (at least {:.0}), budget mode {:.1} times (at most {:.1}), in the \
+             first frame {:.1} times.",
             thousands(speed.count as u64),
             thousands(speed.objects.into()),
             speed.error_us,
@@ -50,6 +50,7 @@ pub(super) fn text(measured: &Measured, summaries: &[Summary]) -> String {
             speed.linear_over_error,
             speed.lowest_linear_over_error,
             speed.moving_budget_over_error,
+            speed.highest_moving_budget_over_error,
             speed.first_budget_over_error
         );
     }

@@ -62,35 +62,35 @@ pub(super) fn viewpoints(tree: &LodTree) -> Result<Vec<Viewpoint>, ReportError> 
         ("far", at(0.6 * across, 200.0, 2.5), DVec3::Z, perspective),
         ("map", at(0.0, 2000.0, 0.0), DVec3::Y, map),
     ] {
-        let orientation = Orientation::LookAt { target, up };
-        found.push(viewpoint(name, eye, orientation, projection)?);
+        found.push(viewpoint(name, eye, (target, up), projection)?);
     }
     Ok(found)
 }
 
 fn level(name: &'static str, eye: DVec3, ahead: DVec3) -> Result<Viewpoint, ReportError> {
-    let orientation = Orientation::LookAt {
-        target: eye + ahead,
-        up: DVec3::Z,
-    };
     let projection = Projection::Perspective { fov_y_deg: 60.0 };
-    viewpoint(name, eye, orientation, projection)
+    viewpoint(name, eye, (eye + ahead, DVec3::Z), projection)
 }
 
 fn viewpoint(
     name: &'static str,
     eye: DVec3,
-    orientation: Orientation,
+    (target, up): (DVec3, DVec3),
     projection: Projection,
 ) -> Result<Viewpoint, ReportError> {
-    let depth = DepthRange::default();
-    let from = |eye| View::new(eye, orientation, projection, depth, VIEWPORT);
+    let moved = |frame: u32| {
+        let by = DVec3::X * FRAME_M * f64::from(frame);
+        let orientation = Orientation::LookAt {
+            target: target + by,
+            up,
+        };
+        let depth = DepthRange::default();
+        View::new(eye + by, orientation, projection, depth, VIEWPORT)
+    };
     Ok(Viewpoint {
         name,
-        view: from(eye)?,
-        path: (1..=FRAMES)
-            .map(|frame| from(eye + DVec3::X * FRAME_M * f64::from(frame)))
-            .collect::<Result<_, _>>()?,
+        view: moved(0)?,
+        path: (1..=FRAMES).map(moved).collect::<Result<_, _>>()?,
     })
 }
 
