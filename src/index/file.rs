@@ -28,7 +28,7 @@ use bytemuck::{Pod, Zeroable};
 /// First bytes: not text, and damaged by anything that changes line ends.
 pub(super) const MAGIC: [u8; 8] = *b"\x89CLOD\r\n\x1a";
 /// Raised with every change that older programs would misread.
-pub(super) const VERSION: u32 = 3;
+pub(super) const VERSION: u32 = 4;
 pub(super) const ALIGNMENT: usize = 64;
 /// Levels that a file may have; a tree of 2³² objects with two children a node has 32.
 pub(super) const MOST_LEVELS: u32 = 64;
@@ -46,7 +46,7 @@ pub(super) type Radii = [f32; 8];
 pub(super) enum Section {
     /// JSON: `crs`, `effects` ([`crate::scene::Effects`]), `classes`, and, left out where there are
     /// none, `base_unknown`: ranges `[first, end]` of the objects of which the source does not say
-    /// how high they stand, and `lifts`: `[object, metres]` of those that begin above their ground.
+    /// how high they stand.
     Meta,
     /// u32 × (h + 1): first node of each level, coarsest first, then m; the same again for
     /// objects and n.
@@ -101,10 +101,14 @@ pub(super) enum Section {
     AttributeStarts,
     /// JSON objects, one after another.
     Attributes,
+    /// u32 × k: objects that begin above their ground, in order.
+    Lifted,
+    /// f64 × k: how far each of `Lifted` does, m, more than 0.
+    Lifts,
 }
 
 impl Section {
-    pub(super) const ALL: [Self; 24] = [
+    pub(super) const ALL: [Self; 26] = [
         Self::Meta,
         Self::Levels,
         Self::Children,
@@ -129,6 +133,8 @@ impl Section {
         Self::Triangles,
         Self::AttributeStarts,
         Self::Attributes,
+        Self::Lifted,
+        Self::Lifts,
     ];
 
     pub(super) const fn tag(self) -> [u8; 8] {
@@ -157,6 +163,8 @@ impl Section {
             Self::Triangles => b"triangle",
             Self::AttributeStarts => b"attstart",
             Self::Attributes => b"attribut",
+            Self::Lifted => b"lifted  ",
+            Self::Lifts => b"lifts   ",
         }
     }
 
@@ -178,7 +186,9 @@ impl Section {
             | Self::OwnRadii
             | Self::Ids
             | Self::Attributes
-            | Self::AttributeStarts => return None,
+            | Self::AttributeStarts
+            | Self::Lifted
+            | Self::Lifts => return None,
             Self::Levels => (u64::from(counts.levels) + 1) * 8,
             Self::Children | Self::ChildBlockStarts => (u64::from(counts.inner_nodes) + 1) * 4,
             Self::Own | Self::OwnBlockStarts => (m + 1) * 4,

@@ -192,6 +192,13 @@ fn parse(bytes: &[u8]) -> Result<Parsed, Refusal> {
             (Section::ChildRadii | Section::ChildLeastRadii | Section::OwnRadii, None) => {
                 entry.length.is_multiple_of(size_of::<Radii>() as u64)
             }
+            (Section::Lifted, None) => {
+                entry.length.is_multiple_of(4) && entry.length <= u64::from(counts.objects) * 4
+            }
+            (Section::Lifts, None) => {
+                let lifted: &Range<usize> = &sections[Section::Lifted as usize];
+                entry.length == lifted.len() as u64 * 2
+            }
             (_, None) => true,
         };
         if !allowed {

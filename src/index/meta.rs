@@ -23,9 +23,6 @@ pub(super) struct Meta {
     /// Objects whose base is not known: ranges of their numbers, in order, with gaps between.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     base_unknown: Vec<[u32; 2]>,
-    /// Objects that begin above their ground, in order, and how far, m.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    lifts: Vec<(u32, f64)>,
 }
 
 impl Meta {
@@ -74,25 +71,6 @@ impl Meta {
         }
     }
 
-    /// The same with how far objects begin above their ground, of those that do, in canonical
-    /// order. `order` is that of the file.
-    pub(super) fn with_lifts(self, lifts: &[(Canonical, f64)], order: &[Canonical]) -> Self {
-        let lift_of = |object: &Canonical| {
-            let at = lifts
-                .binary_search_by_key(object, |(lifted, _)| *lifted)
-                .ok()?;
-            Some(lifts[at].1)
-        };
-        let lifts = if lifts.is_empty() {
-            Vec::new()
-        } else {
-            let places = (0_u32..).zip(order);
-            let lifted = places.filter_map(|(place, object)| Some((place, lift_of(object)?)));
-            lifted.collect()
-        };
-        Self { lifts, ..self }
-    }
-
     /// The same scene with other effects.
     pub(super) fn declaring(&self, effects: Effects) -> Self {
         Self {
@@ -126,14 +104,6 @@ impl Meta {
         before.is_none_or(|[_, end]| object >= end)
     }
 
-    /// How far above its ground an object begins, m.
-    pub(super) fn lift_m(&self, object: u32) -> f64 {
-        let lifted = self
-            .lifts
-            .binary_search_by_key(&object, |(lifted, _)| *lifted);
-        lifted.map_or(0.0, |at| self.lifts[at].1)
-    }
-
     /// Of how many objects the base is not known.
     pub(super) fn base_unknown_count(&self) -> u32 {
         let ranges = self.base_unknown.iter();
@@ -152,13 +122,6 @@ impl Meta {
         let bounds = meta.base_unknown.as_flattened();
         if !bounds.is_sorted_by(|a, b| a < b) || bounds.last().is_some_and(|&end| end > objects) {
             return Err("base_unknown: not ranges of objects".into());
-        }
-        let lifted = meta.lifts.iter().map(|(object, _)| object);
-        if !lifted.is_sorted_by(|a, b| a < b)
-            || meta.lifts.last().is_some_and(|&(last, _)| last >= objects)
-            || meta.lifts.iter().any(|(_, lift_m)| !lift_m.is_finite())
-        {
-            return Err("lifts: not lengths of objects in order".into());
         }
         Ok(meta)
     }
@@ -205,27 +168,6 @@ mod tests {
         ] {
             let refused = read(ranges, objects).expect_err(ranges);
             assert!(refused.contains("base_unknown"), "{refused}");
-        }
-    }
-
-    #[test]
-    fn lifts_are_found_and_read_with_suspicion() {
-        let read = |lifts: &str, objects| {
-            let text = format!(r#"{{"crs":null,"classes":[],"lifts":{lifts}}}"#);
-            Meta::from_json(text.as_bytes(), objects)
-        };
-        let meta = read("[[1,4],[7,2.5]]", 8).expect("lifts");
-        assert_eq!(
-            [0, 1, 2, 7, 8].map(|at| meta.lift_m(at)),
-            [0.0, 4.0, 0.0, 2.5, 0.0]
-        );
-        for (lifts, objects) in [
-            ("[[1,4],[7,2.5]]", 7),
-            ("[[7,4],[1,2.5]]", 8),
-            ("[[1,4],[1,2.5]]", 8),
-            ("[[1,1e999]]", 8),
-        ] {
-            assert!(read(lifts, objects).is_err(), "{lifts}");
         }
     }
 

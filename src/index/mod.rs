@@ -15,6 +15,7 @@ mod error;
 mod file;
 mod hierarchy;
 mod image;
+mod lifts;
 mod meta;
 mod outward;
 mod pack;

@@ -5,6 +5,7 @@ use super::columns::{self, OwnRadii, Source};
 use super::file::{Block, Counts, Header, MAGIC, Radii, Section, VERSION};
 use super::hierarchy::Hierarchy;
 use super::image::{Draft, Image, Sections};
+use super::lifts;
 use super::meta::Meta;
 use super::plan::Plan;
 use super::radii;
@@ -20,9 +21,8 @@ pub(super) fn pack(
     meta: Meta,
 ) -> LodTree {
     let plan = Plan::new(rows.len(), hierarchy);
-    let meta = meta
-        .with_bases(&rows.base_known, &plan.order)
-        .with_lifts(&rows.lifts, &plan.order);
+    let meta = meta.with_bases(&rows.base_known, &plan.order);
+    let (lifted, lifts) = lifts::placed(&rows.lifts, &plan.order);
     let packer = Packer {
         child_blocks: Blocks::new(hierarchy.levels.len().min(1) as u32, &plan.children),
         own_blocks: Blocks::new(0, &plan.own),
@@ -31,6 +31,8 @@ pub(super) fn pack(
         plan: &plan,
         hierarchy,
         meta: &meta,
+        lifted: &lifted,
+        lifts: &lifts,
     };
     let image = packer.image(promotion);
     LodTree::from_image(image, meta)
@@ -42,6 +44,9 @@ struct Packer<'a> {
     plan: &'a Plan,
     hierarchy: &'a Hierarchy,
     meta: &'a Meta,
+    /// Objects that begin above their ground, by their place in the file, and how far.
+    lifted: &'a [u32],
+    lifts: &'a [f64],
     child_blocks: Blocks<'a>,
     own_blocks: Blocks<'a>,
     /// Lower and upper corner of all objects.
@@ -65,6 +70,8 @@ impl Packer<'_> {
             }
             Section::OwnBlocks => self.own_blocks.count() * size_of::<Block>(),
             Section::OwnRadii => self.own_blocks.count() * size_of::<Radii>(),
+            Section::Lifted => size_of_val(self.lifted),
+            Section::Lifts => size_of_val(self.lifts),
             Section::Ids => self.rows.ids.bytes().len(),
             Section::Attributes => self.rows.attributes.bytes().len(),
             Section::AttributeStarts if !self.rows.attributes.bytes().is_empty() => {
@@ -74,6 +81,8 @@ impl Packer<'_> {
         });
         let mut sections = draft.sections();
         sections.fill(Section::Meta, &meta);
+        sections.fill(Section::Lifted, self.lifted);
+        sections.fill(Section::Lifts, self.lifts);
         self.fill_nodes(&mut sections);
         self.fill_order_and_boxes(&mut sections);
         let own = columns::fill(&self.source(), &mut sections);

@@ -139,5 +139,7 @@ fn base_known(objects: &[&SceneObject]) -> Vec<bool> {
 fn lifts(objects: &[&SceneObject]) -> Vec<(Canonical, f64)> {
     let lifts = objects.par_iter().enumerate();
     let lifts = lifts.map(|(at, object)| (at as Canonical, object.lift_m));
-    lifts.filter(|(_, lift_m)| *lift_m != 0.0).collect()
+    lifts
+        .filter(|(_, lift_m)| *lift_m > 0.0 && lift_m.is_finite())
+        .collect()
 }

@@ -12,6 +12,7 @@ use super::arrays::Arrays;
 use super::error::FileError;
 use super::file::{Damage, Section, VERSION};
 use super::image::{Image, Refusal};
+use super::lifts;
 use super::meta::Meta;
 use crate::file::{MapError, Mapped, Replacement};
 use crate::geom::{Aabb, DVec3};
@@ -56,6 +57,11 @@ pub struct Object<'a> {
 }
 
 impl LodTree {
+    /// Whether what is kept of lifts can be relied on.
+    pub(super) fn has_sound_lifts(&self) -> bool {
+        lifts::are_sound(&self.image)
+    }
+
     pub(super) fn from_image(image: Image, meta: Meta) -> Self {
         Self { image, meta }
     }
@@ -311,7 +317,7 @@ impl LodTree {
             footprint_area: *self.image.slice(Section::Footprints).get(at)?,
             triangles: *self.image.slice(Section::Triangles).get(at)?,
             base_known: self.meta.base_known(object),
-            lift_m: self.meta.lift_m(object),
+            lift_m: lifts::lift_m(&self.image, object),
             level: self.level_of(object),
             attributes: self.attributes(object),
         })

@@ -51,6 +51,11 @@ pub fn validate(tree: &LodTree) -> Vec<Violation> {
         check.radii();
         check.ids();
         check.representatives();
+        check.require(
+            tree.has_sound_lifts(),
+            "lifts are lengths of objects, in order",
+            || "lifts".into(),
+        );
     }
     check.violations
 }

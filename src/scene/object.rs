@@ -20,7 +20,8 @@ pub struct SceneObject {
     /// Whether the source says how high it stands. A footprint without a height of its ground
     /// does not: it stands at 0 until ground is laid under it.
     pub base_known: bool,
-    /// How far above its ground it begins, m, as the source says of parts such as a roof; else 0.
+    /// How far above its ground it begins, m, as the source says of parts such as a roof; else 0,
+    /// which is also what a city keeps of anything else but a length.
     pub lift_m: f64,
     /// What else the source says of it: a JSON object.
     pub attributes: Option<Box<RawValue>>,

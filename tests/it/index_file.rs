@@ -46,6 +46,7 @@ fn small() -> Scene {
         );
         object.class = if i % 3 == 0 { "Road" } else { "Building" }.into();
         object.attributes = (i % 2 == 0).then(|| attributes(r#"{"名":"x","n":[1,2.5]}"#));
+        object.lift_m = if i % 5 == 0 { 0.5 + at } else { 0.0 };
         object
     });
     Scene {
